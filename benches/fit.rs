@@ -7,7 +7,7 @@ mod common;
 use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::plan::Plan;
-use bondline::study::estimate::{Search, estimate};
+use bondline::study::estimate::{SearchOptions, estimate};
 use common::{BenchBackend, gpu_backends, shortest, simd_backends};
 use std::hint::black_box;
 use std::time::Instant;
@@ -25,7 +25,7 @@ fn main() {
         let mut backends: Vec<BenchBackend> = simd_backends().into_iter().chain(gpu_backends(None)).collect();
         // A Jacobian by finite differences is one ensemble: the point and two neighbours a factor.
         let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
-        let stencil = Ensemble::at(nominal.len(), nominal.repeat(1 + 2 * case.estimate().factors.len()));
+        let stencil = Ensemble::from_values(nominal.len(), nominal.repeat(1 + 2 * case.estimate().factors.len()));
         let mut jacobians = vec![vec![]; backends.len()];
         let mut estimates = vec![vec![]; backends.len()];
         let mut rows = vec![(0, 0, 0.0); backends.len()];
@@ -37,7 +37,8 @@ fn main() {
                 let jacobian_s = began.elapsed().as_secs_f64();
 
                 let (began, before_s) = (Instant::now(), backend.march.seconds);
-                let found = estimate(&[(&case, &plan)], &mut backend.march, &Search::of(backend.precision));
+                let found =
+                    estimate(&[(&case, &plan)], &mut backend.march, &SearchOptions::for_precision(backend.precision));
                 let found = found.unwrap_or_else(|error| panic!("{id}: {error}"));
                 let estimate_s = began.elapsed().as_secs_f64();
                 // The first round is warm-up: it compiles kernels and touches memory.
@@ -45,7 +46,7 @@ fn main() {
                     jacobians[i].push(jacobian_s);
                     estimates[i].push(estimate_s);
                     let marching_s = backend.march.seconds - before_s;
-                    rows[i] = (found.path.len() - 1, found.marches, 1.0 - marching_s / estimate_s);
+                    rows[i] = (found.iterations.len() - 1, found.marches, 1.0 - marching_s / estimate_s);
                 }
             }
         }

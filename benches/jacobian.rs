@@ -7,11 +7,11 @@ mod common;
 #[path = "common/single_threaded.rs"]
 mod single_threaded;
 
+use bondline::adapt::adapt;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
-use bondline::march::extrapolated::Extrapolated;
+use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
-use bondline::pilot::pilot;
 use bondline::study::sensitivity::difference_step;
 use common::{BenchBackend, gpu_backends, shortest};
 use single_threaded::SingleThreaded;
@@ -29,16 +29,16 @@ fn main() {
     println!("|---|---|---|---|---|---|---|---|");
     for id in cases {
         let case = common::case(&id);
-        let plan = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
+        let plan = adapt(&case).unwrap_or_else(|error| panic!("{error}"));
         let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
         let factors: Vec<usize> = (0..nominal.len()).collect();
-        let point = Ensemble::at(nominal.len(), nominal.clone());
+        let point = Ensemble::from_values(nominal.len(), nominal.clone());
         let processor = |precision| BenchBackend::new("processor", Some(1), SingleThreaded::new(Cpu::new(precision)));
         let processors = [Precision::F64, Precision::F32].map(processor).into_iter();
         for backend in processors.chain(gpu_backends(Some(false))).chain(gpu_backends(Some(true))) {
             let title = backend.title();
             let stencil = stencil(&nominal, difference_step(backend.precision));
-            let mut both = Extrapolated::new(Box::new(backend.march));
+            let mut both = RichardsonMarch::new(Box::new(backend.march));
             let mut seconds = [vec![], vec![], vec![]];
             // The first round is warm-up: it compiles kernels and touches memory.
             for round in 0..=ROUNDS {
@@ -49,7 +49,7 @@ fn main() {
                         seconds[which].push(began.elapsed().as_secs_f64());
                     }
                 };
-                let march = |both: &mut Extrapolated, ensemble: &Ensemble| {
+                let march = |both: &mut RichardsonMarch, ensemble: &Ensemble| {
                     let traces = both.march(&plan, ensemble, 0..ensemble.len());
                     black_box(traces.unwrap_or_else(|error| panic!("{error}")));
                     true
@@ -86,5 +86,5 @@ fn stencil(point: &[f64], step: f64) -> Ensemble {
             rows[last] *= perturbation;
         }
     }
-    Ensemble::at(point.len(), rows)
+    Ensemble::from_values(point.len(), rows)
 }

@@ -36,11 +36,11 @@ struct ReducedRow {
     rhs: real,
 }
 
-var<workgroup> parts: array<real, LANES>;
-var<workgroup> pairs: array<DoubleWord, LANES>;
-var<workgroup> first_rows: array<ReducedRow, LANES>;
-var<workgroup> reduced_rows: array<array<ReducedRow, LANES>, 2>;
-var<workgroup> last_unknowns: array<real, LANES>;
+var<workgroup> parts: array<real, THREADS_PER_MEMBER>;
+var<workgroup> pairs: array<DoubleWord, THREADS_PER_MEMBER>;
+var<workgroup> first_rows: array<ReducedRow, THREADS_PER_MEMBER>;
+var<workgroup> reduced_rows: array<array<ReducedRow, THREADS_PER_MEMBER>, 2>;
+var<workgroup> last_unknowns: array<real, THREADS_PER_MEMBER>;
 
 var<workgroup> done: u32;
 
@@ -51,7 +51,7 @@ fn member_of(group: u32, thread: u32) -> u32 {
 
 // All blocks have the same size, but for the last one and the empty ones beyond the last cell.
 fn assign_block(place: u32) {
-    let each = (run.cells + LANES - 1u) / LANES;
+    let each = (run.cells + THREADS_PER_MEMBER - 1u) / THREADS_PER_MEMBER;
     thread = place;
     block_first = min(thread * each, run.cells);
     block_end = min(block_first + each, run.cells);
@@ -130,7 +130,7 @@ fn reduce_sum(part: real) -> real {
     parts[thread] = part;
     workgroupBarrier();
     var sum = real(0.0);
-    for (var other = 0u; other < run.lanes; other++) {
+    for (var other = 0u; other < run.threads_per_member; other++) {
         sum = sum + parts[other];
     }
     workgroupBarrier();
@@ -141,7 +141,7 @@ fn reduce_max(part: real) -> real {
     parts[thread] = part;
     workgroupBarrier();
     var most = part;
-    for (var other = 0u; other < run.lanes; other++) {
+    for (var other = 0u; other < run.threads_per_member; other++) {
         most = max(most, parts[other]);
     }
     workgroupBarrier();
@@ -152,9 +152,9 @@ fn reduce_sum_pair(part: DoubleWord) -> DoubleWord {
     pairs[thread] = part;
     workgroupBarrier();
     var sum = DoubleWord(0.0, 0.0);
-    for (var other = 0u; other < run.lanes; other++) {
-        sum = advanced(sum, pairs[other].high);
-        sum = advanced(sum, pairs[other].low);
+    for (var other = 0u; other < run.threads_per_member; other++) {
+        sum = add_compensated(sum, pairs[other].high);
+        sum = add_compensated(sum, pairs[other].low);
     }
     workgroupBarrier();
     return sum;
@@ -162,10 +162,10 @@ fn reduce_sum_pair(part: DoubleWord) -> DoubleWord {
 
 // One of the sums kept in parts: heat, stored heat, and the gas balance.
 fn get_sum(which: u32) -> DoubleWord {
-    if which < HEATS {
+    if which < HEAT_TOTALS {
         return heat[which];
     }
-    switch which - HEATS {
+    switch which - HEAT_TOTALS {
         case 0u: { return DoubleWord(stored_j_m2, 0.0); }
         case 1u: { return gas_in; }
         case 2u: { return gas_out; }
@@ -177,11 +177,11 @@ fn get_sum(which: u32) -> DoubleWord {
 }
 
 fn set_sum(which: u32, sum: DoubleWord) {
-    if which < HEATS {
+    if which < HEAT_TOTALS {
         heat[which] = sum;
         return;
     }
-    switch which - HEATS {
+    switch which - HEAT_TOTALS {
         case 0u: { stored_j_m2 = sum.high; }
         case 1u: { gas_in = sum; }
         case 2u: { gas_out = sum; }
@@ -195,7 +195,7 @@ fn set_sum(which: u32, sum: DoubleWord) {
 // Adds up all sums kept in parts. Runs once a dispatch, so its time matters little, but compiling a loop for each sum
 // would take long.
 fn reduce_sums() {
-    for (var which = 0u; which < run.sums; which++) {
+    for (var which = 0u; which < run.partial_sums; which++) {
         set_sum(which, reduce_sum_pair(get_sum(which)));
     }
     for (var p = 0u; p < run.plies; p++) {
@@ -240,7 +240,7 @@ fn solve_reduced(block: BlockCoupling) -> array<real, 2> {
     first_rows[thread] = ReducedRow(block.first_above, block.share, block.first_unknown);
     workgroupBarrier();
     var next = ReducedRow(0.0, 0.0, 0.0);
-    if thread + 1u < LANES {
+    if thread + 1u < THREADS_PER_MEMBER {
         next = first_rows[thread + 1u];
     }
     var row = ReducedRow(0.0, 0.0, 0.0);
@@ -253,7 +253,7 @@ fn solve_reduced(block: BlockCoupling) -> array<real, 2> {
         );
     }
     var buffer = 0u;
-    for (var distance = 1u; distance < run.lanes; distance = 2u * distance) {
+    for (var distance = 1u; distance < run.threads_per_member; distance = 2u * distance) {
         reduced_rows[buffer][thread] = row;
         workgroupBarrier();
         var above = ReducedRow(0.0, 0.0, 0.0);
@@ -261,7 +261,7 @@ fn solve_reduced(block: BlockCoupling) -> array<real, 2> {
         if thread >= distance {
             above = reduced_rows[buffer][thread - distance];
         }
-        if thread + distance < LANES {
+        if thread + distance < THREADS_PER_MEMBER {
             below = reduced_rows[buffer][thread + distance];
         }
         let scale = 1.0 / (1.0 - row.lower * above.upper - row.upper * below.lower);
@@ -278,7 +278,7 @@ fn solve_reduced(block: BlockCoupling) -> array<real, 2> {
     if thread > 0u {
         around[0] = last_unknowns[thread - 1u];
     }
-    if thread + 1u < LANES {
+    if thread + 1u < THREADS_PER_MEMBER {
         around[1] = next.rhs - next.lower * row.rhs + next.upper * last_unknowns[thread + 1u];
     }
     return around;
@@ -319,12 +319,12 @@ fn pressure_below_block() -> real {
 fn gas_source_below(stage: u32) -> real {
     var own = real(0.0);
     for (var i = block_first; i < block_end; i++) {
-        own = own + made_at(i, stage);
+        own = own + gas_source_at(i, stage);
     }
     parts[thread] = own;
     workgroupBarrier();
     var behind = real(0.0);
-    for (var other = run.lanes - 1u; other > thread; other--) {
+    for (var other = run.threads_per_member - 1u; other > thread; other--) {
         behind = behind + parts[other];
     }
     workgroupBarrier();
@@ -345,12 +345,12 @@ fn mean_flux_into_block(inverse_step_1_s: real) -> real {
     var own = DoubleWord(1.0, 0.0);
     for (var up = 0u; up < block_end - block_first; up++) {
         let i = block_end - 1u - up;
-        own = DoubleWord(own.high * passing(i), driven_into(i, own.low, inverse_step_1_s));
+        own = DoubleWord(own.high * pass_mask(i), mean_flux_below(i, own.low, inverse_step_1_s));
     }
     pairs[thread] = own;
     workgroupBarrier();
     var behind = real(0.0);
-    for (var other = run.lanes - 1u; other > thread; other--) {
+    for (var other = run.threads_per_member - 1u; other > thread; other--) {
         behind = pairs[other].high * behind + pairs[other].low;
     }
     workgroupBarrier();
@@ -368,6 +368,6 @@ fn conversion_above() -> Conversion {
     }
     let i = block_first - 1u;
     let p = ply_first - select(0u, 1u, i < plan.plies[ply_first].first_cell);
-    let at = converted(p, mass_left(p, phases_of(p, i)));
+    let at = degree_of_conversion(p, mass_ratio(p, current_phases(p, i)));
     return Conversion(at, end_m - cells[i].width_m + cells[i].above_m, end_m);
 }

@@ -1,11 +1,11 @@
 // How far a reaction goes in a step: twin of src/physics/decomposition.rs.
 
-fn rate(reaction: Reaction, temperature_k: real, kinetics: real, steepness: real) -> real {
+fn arrhenius_rate(reaction: Reaction, temperature_k: real, kinetics: real, steepness: real) -> real {
     let constant = kinetics * reaction.rate_1_s * exponential(-steepness);
     if reaction.onset_k == 0.0 {
         return constant;
     }
-    return constant * reached(temperature_k, reaction.onset_k);
+    return constant * ge_mask(temperature_k, reaction.onset_k);
 }
 
 fn mean_decay(x: real) -> real {
@@ -25,18 +25,18 @@ fn mean_decay(x: real) -> real {
     series = 1.0 - near * real(1.0 / 2.0) * series;
     let far = max(x, 0.25);
     let large = (1.0 - exponential(-far)) / far;
-    let is_large = reached(x, 0.5);
-    return series + is_large * keep(large - series);
+    let is_large = ge_mask(x, 0.5);
+    return series + is_large * opaque(large - series);
 }
 
-fn logarithm_over_one(x: real) -> real {
+fn logarithm_1p(x: real) -> real {
     let small = x * (1.0 - x * (0.5 - x * real(1.0 / 3.0)));
     let large = logarithm(max(1.0 + x, real(1e-30)));
-    let is_large = reached(x * x, real(1e-6));
-    return small + is_large * keep(large - small);
+    let is_large = ge_mask(x * x, real(1e-6));
+    return small + is_large * opaque(large - small);
 }
 
-fn consumed(reactant: real, exposure: real, order: real) -> real {
+fn consumed_share(reactant: real, exposure: real, order: real) -> real {
     if order == 1.0 {
         return decay(exposure);
     }
@@ -51,6 +51,6 @@ fn consumed(reactant: real, exposure: real, order: real) -> real {
     }
     let above = order - 1.0;
     let gone = above * exposure * power(reactant, above);
-    let decay = logarithm_over_one(gone) / above;
+    let decay = logarithm_1p(gone) / above;
     return decay * mean_decay(decay);
 }

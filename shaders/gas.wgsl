@@ -13,11 +13,11 @@ struct GasFlux {
     below: real,
 }
 
-fn level(pressure_pa: real, middle_pa: real) -> real {
+fn pressure_coordinate(pressure_pa: real, middle_pa: real) -> real {
     return pressure_pa / (pressure_pa + middle_pa);
 }
 
-fn midway(start: PoreState, end: PoreState) -> PoreState {
+fn midpoint_pores(start: PoreState, end: PoreState) -> PoreState {
     return PoreState(
         0.5 * (start.storage + end.storage),
         0.5 * (start.mobility_s + end.mobility_s),

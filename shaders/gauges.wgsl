@@ -26,18 +26,18 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     var depth_m = over.end_m;
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
-            let density = mass_left(p, phases_of(p, i));
+            let density = mass_ratio(p, current_phases(p, i));
             let width_m = cells[i].width_m;
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
-            let here = converted(p, density);
+            let here = degree_of_conversion(p, density);
             let node_m = depth_m + cells[i].above_m;
             let is_other = p == 0u || plan.plies[p].table != plan.plies[max(p, 1u) - 1u].table;
             let jumps = is_other && i == plan.plies[p].first_cell;
             let upper_m = select(before_m, depth_m, jumps);
             let lower_m = select(node_m, depth_m, jumps);
             let fall = Crossing(before, upper_m, here, lower_m);
-            virgin = deeper(virgin, fall, real(VIRGIN_CONVERSION));
-            char = deeper(char, fall, real(CHAR_CONVERSION));
+            virgin = deepest_crossing(virgin, fall, real(VIRGIN_CONVERSION));
+            char = deepest_crossing(char, fall, real(CHAR_CONVERSION));
             before = here;
             before_m = node_m;
             depth_m = depth_m + width_m;
@@ -45,11 +45,11 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     }
     if has_cell(run.last_cell) {
         let end = Crossing(before, depth_m, 0.0, depth_m);
-        virgin = deeper(virgin, end, real(VIRGIN_CONVERSION));
-        char = deeper(char, end, real(CHAR_CONVERSION));
+        virgin = deepest_crossing(virgin, end, real(VIRGIN_CONVERSION));
+        char = deepest_crossing(char, end, real(CHAR_CONVERSION));
     }
-    let virgin_m = front_m(virgin, real(VIRGIN_LOG_ODDS));
-    let char_m = front_m(char, real(CHAR_LOG_ODDS));
+    let virgin_m = front_depth_m(virgin, real(VIRGIN_LOG_ODDS));
+    let char_m = front_depth_m(char, real(CHAR_LOG_ODDS));
     var peak = outside;
     var back = outside;
     if DARCY {
@@ -58,7 +58,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
         }
         back = pressures[run.last_cell].high;
     }
-    let flux = 1.5 * recent[1] - 0.5 * recent[0];
+    let flux = 1.5 * recent_outflows[1] - 0.5 * recent_outflows[0];
     return array<real, GAUGES>(
         flux,
         reduce_sum(lost),
@@ -69,8 +69,8 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     );
 }
 
-fn deeper(crossing: Crossing, next: Crossing, mark: real) -> Crossing {
-    let falls = reached(next.upper, mark) * (1.0 - reached(next.lower, mark));
+fn deepest_crossing(crossing: Crossing, next: Crossing, mark: real) -> Crossing {
+    let falls = ge_mask(next.upper, mark) * (1.0 - ge_mask(next.lower, mark));
     let stays = 1.0 - falls;
     return Crossing(
         stays * crossing.upper + falls * next.upper,
@@ -80,7 +80,7 @@ fn deeper(crossing: Crossing, next: Crossing, mark: real) -> Crossing {
     );
 }
 
-fn front_m(crossing: Crossing, mark_log_odds: real) -> real {
+fn front_depth_m(crossing: Crossing, mark_log_odds: real) -> real {
     let upper = log_odds(crossing.upper);
     let lower = log_odds(crossing.lower);
     let fraction = (upper - mark_log_odds) / max(upper - lower, real(1e-9));

@@ -2,13 +2,13 @@
 // src/march/gpu/layout.rs. Data that is the same for all members and steps is uniform: hardware reads it from constant
 // caches, and a software device once instead of member by member.
 
-@group(0) @binding(0) var<uniform> run: Run;
+@group(0) @binding(0) var<uniform> run: DispatchParameters;
 @group(0) @binding(1) var<uniform> cells: array<Cell, CELLS>;
 @group(0) @binding(2) var<uniform> plan: Plan;
 // Of each interface, m²K/W.
 @group(0) @binding(3) var<storage, read> contacts: array<real>;
 // Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end of the march.
-@group(0) @binding(4) var<storage, read> boundary_forcing: array<Drive>;
+@group(0) @binding(4) var<storage, read> boundary_forcing: array<BoundaryForcing>;
 @group(0) @binding(5) var<storage, read> lengths: array<real>;
 // Two properties in four words, each with its rise to the next node; zeros if the tables are texels.
 @group(0) @binding(6) var<storage, read> tables: array<vec4<real>>;
@@ -29,9 +29,9 @@
 @group(0) @binding(13) var<storage, read_write> progress: array<u32>;
 
 // One group of four columns of the tables.
-fn four(place: u32) -> vec4<real> {
+fn column_group(place: u32) -> vec4<real> {
     if TEXELS {
-        return vec4<real>(textureLoad(texels, vec2<u32>(place % TEXELS_ABREAST, place / TEXELS_ABREAST)));
+        return vec4<real>(textureLoad(texels, vec2<u32>(place % TEXELS_PER_ROW, place / TEXELS_PER_ROW)));
     }
     return tables[place];
 }

@@ -8,9 +8,9 @@ fn clear_gas(i: u32) {
     mass_fluxes[i] = 0.0;
     gas_source[i] = 0.0;
     absorbed_heat[i] = 0.0;
-    made_mean[i] = 0.0;
-    absorbed_mean[i] = 0.0;
-    restraints[i] = 0.0;
+    mean_gas_source[i] = 0.0;
+    mean_absorbed_heat[i] = 0.0;
+    heat_slopes[i] = 0.0;
     gas_enthalpy_j_kg[i] = 0.0;
     gas_heat_capacities[i] = 0.0;
     for (var r = 0u; r < REACTIONS; r++) {
@@ -19,15 +19,15 @@ fn clear_gas(i: u32) {
     }
     for (var s = 0u; s < STATES; s++) {
         let place = i * STATES + s;
-        phases_onward[place] = virgin()[s];
-        phases_behind[place] = virgin()[s];
+        first_stage_phases[place] = virgin()[s];
+        second_stage_phases[place] = virgin()[s];
         enthalpy_rises[place] = array<real, 2>(0.0, 0.0);
     }
     if DARCY {
         pressures[i] = DoubleWord(0.0, 0.0);
         pressure_rates[i] = 0.0;
         first_stage_fluxes[i] = 0.0;
-        mean_flows[i] = 0.0;
+        mean_mass_fluxes[i] = 0.0;
         supply[i] = 0.0;
         source_corrections[i] = 0.0;
         pores[i] = PoreState();
@@ -45,10 +45,10 @@ fn clear_gas(i: u32) {
 // The functions `load_…` and `save_…` are generated from the blocks of src/march/gpu/state.rs.
 fn load() {
     load_temperatures(first_cell(), end_cell(), 1u);
-    load_readings(thread, run.sensors, LANES);
+    load_readings(thread, run.sensors, THREADS_PER_MEMBER);
     // The first thread loads the whole of a sum that is kept in parts.
     if thread == 0u {
-        load_heat(0u, HEATS, 1u);
+        load_heat(0u, HEAT_TOTALS, 1u);
     }
     load_extremes(0u, run.plies, 1u);
     diverged = progress[run.members + member];
@@ -71,12 +71,12 @@ fn load() {
 fn save() -> u32 {
     reduce_sums();
     if thread == 0u {
-        save_heat(0u, HEATS, 1u);
+        save_heat(0u, HEAT_TOTALS, 1u);
         save_stored(0u, 1u, 1u);
         save_extremes(0u, run.plies, 1u);
         progress[run.members + member] = diverged;
     }
-    save_readings(thread, run.sensors, LANES);
+    save_readings(thread, run.sensors, THREADS_PER_MEMBER);
     if GAS {
         if thread == 0u {
             save_gas_sums(0u, 1u, 1u);

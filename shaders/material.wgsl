@@ -56,7 +56,7 @@ struct PressureIndex {
     fraction: real,
 }
 
-fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
+fn ply_scale(ply: Ply, bulk: BulkProperties, char: StateProperties) -> PlyScale {
     let thickness = column(ply.thickness);
     let density = bulk.density_kg_m3 * column(ply.density);
     let remains = char.remains;
@@ -77,12 +77,12 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
 }
 
 fn state_scale(
-    row: Conduction,
-    substance: Substance,
-    bulk: Bulk,
+    row: ConductivityColumns,
+    substance: StateProperties,
+    bulk: BulkProperties,
     ply: PlyScale,
 ) -> StateScale {
-    let remains = keep(1.0 - ply.loss * (1.0 - substance.remains));
+    let remains = opaque(1.0 - ply.loss * (1.0 - substance.remains));
     let weight = select(remains, 1.0, bulk.by_volume == 1.0);
     let whole = weight * (substance.conductivity * column(row.whole) / ply.thickness);
     return StateScale(
@@ -97,7 +97,7 @@ fn state_scale(
     );
 }
 
-fn levelled(at: TableIndex, pressure: PressureIndex) -> array<TableIndex, 2> {
+fn at_pressure_levels(at: TableIndex, pressure: PressureIndex) -> array<TableIndex, 2> {
     let under = pressure.level_below * TABLE_NODES + at.row;
     return array<TableIndex, 2>(TableIndex(under, at.fraction), TableIndex(under + TABLE_NODES, at.fraction));
 }
@@ -108,25 +108,25 @@ struct SolidProperties {
     heat_capacity: real,
 }
 
-fn solid(here: TableSegment, parts: u32, scale: ConductivityParts, with_slope: bool) -> SolidProperties {
-    var conductivity = scale.solid * value(here, 0u);
+fn solid_properties(here: TableSegment, parts: u32, scale: ConductivityParts, with_slope: bool) -> SolidProperties {
+    var conductivity = scale.solid * interpolate(here, 0u);
     var slope = real(0.0);
     if with_slope {
-        slope = scale.solid * value(here, 2u);
+        slope = scale.solid * interpolate(here, 2u);
     }
     if PARTS > 1u && parts > 1u {
         if PARTS == 3u && parts == 3u {
-            conductivity = conductivity + scale.gas * value(here, 6u);
+            conductivity = conductivity + scale.gas * interpolate(here, 6u);
         }
-        conductivity = conductivity + scale.radiative * value(here, 4u);
+        conductivity = conductivity + scale.radiative * interpolate(here, 4u);
         if with_slope {
             if PARTS == 3u && parts == 3u {
-                slope = slope + scale.gas * value(here, 7u);
+                slope = slope + scale.gas * interpolate(here, 7u);
             }
-            slope = slope + scale.radiative * value(here, 5u);
+            slope = slope + scale.radiative * interpolate(here, 5u);
         }
     }
-    return SolidProperties(conductivity, slope, value(here, 1u));
+    return SolidProperties(conductivity, slope, interpolate(here, 1u));
 }
 
 fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) -> real {
@@ -138,7 +138,7 @@ fn conductance_across(conductivity: real, below_m: real, next: real, above_m: re
     return both / (below_m * next + above_m * conductivity + contact_m2_k_w * both);
 }
 
-fn gain_across(conductance: real, conductivity: real, length_m: real) -> real {
+fn conductance_slope_across(conductance: real, conductivity: real, length_m: real) -> real {
     let ratio = conductance / conductivity;
     return ratio * ratio * length_m;
 }

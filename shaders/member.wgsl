@@ -7,7 +7,7 @@ var<private> face_scales: array<FaceScale, 2>;
 var<COLUMNS> temperatures: array<DoubleWord, CELLS>;
 var<private> readings: array<DoubleWord, SENSORS>;
 var<private> beads_now: array<DoubleWord, SENSORS>;
-var<private> heat: array<DoubleWord, HEATS>;
+var<private> heat: array<DoubleWord, HEAT_TOTALS>;
 var<private> stored_j_m2: real;
 var<private> coldest: array<real, PLIES>;
 var<private> hottest: array<real, PLIES>;
@@ -53,7 +53,7 @@ fn start() {
     }
 }
 
-fn hold(step: u32) {
+fn apply_held_faces(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * run.last_cell;
         if has_cell(cell) {
@@ -66,15 +66,15 @@ fn hold(step: u32) {
     }
 }
 
-fn moved(cell: u32, stage: u32) -> real {
+fn stage_increment(cell: u32, stage: u32) -> real {
     return select(first_increments[cell], 0.0, stage == 0u);
 }
 
-fn staged(cell: u32, stage: u32) -> DoubleWord {
-    return raised(temperatures[cell], moved(cell, stage));
+fn stage_temperature(cell: u32, stage: u32) -> DoubleWord {
+    return add_unnormalized(temperatures[cell], stage_increment(cell, stage));
 }
 
-fn length_s(step: u32) -> real {
+fn step_length_s(step: u32) -> real {
     return lengths[min(step, run.steps - 1u)];
 }
 
@@ -85,14 +85,14 @@ fn record(step: u32) {
         return;
     }
     let traced = instant * (run.sensors + run.gauges);
-    for (var s = thread; s < run.sensors; s += LANES) {
+    for (var s = thread; s < run.sensors; s += THREADS_PER_MEMBER) {
         let base = 2u * (traced + s);
         traces[base * run.members + member] = beads_now[s].high;
         traces[(base + 1u) * run.members + member] = beads_now[s].low;
     }
     if GAS && run.gauges > 0u {
         var read = gauges(step);
-        for (var g = thread; g < run.gauges; g += LANES) {
+        for (var g = thread; g < run.gauges; g += THREADS_PER_MEMBER) {
             let base = 2u * (traced + run.sensors + g);
             traces[base * run.members + member] = read[g];
             traces[(base + 1u) * run.members + member] = 0.0;

@@ -8,19 +8,19 @@ var<private> member: u32;
 
 // The operations of the trait `Real`.
 
-fn reached(x: real, mark: real) -> real {
+fn ge_mask(x: real, mark: real) -> real {
     return select(real(0.0), real(1.0), x >= mark);
 }
 
-fn nearest(x: real) -> real {
-    return keep(x + real(WHOLE)) - real(WHOLE);
+fn round_ties_even(x: real) -> real {
+    return opaque(x + real(ROUNDING_CONSTANT)) - real(ROUNDING_CONSTANT);
 }
 
-fn two_to(whole: real) -> real {
+fn power_of_two(whole: real) -> real {
     return real(bitcast<f32>(u32(i32(whole) + 127) << 23u));
 }
 
-fn twos_of(x: real) -> real {
+fn exponent_of(x: real) -> real {
     return real(i32(bitcast<u32>(f32(x)) >> 23u) - 127);
 }
 

@@ -13,15 +13,15 @@ fn read_sensor(sensor: u32, step: u32) -> DoubleWord {
     }
     let upper = temperatures[i];
     let lower = temperatures[i + 1u];
-    let nominal = reading(upper, lower, conductivity, next, conductance, plan.sensors[sensor]);
+    let nominal = interface_temperature(upper, lower, conductivity, next, conductance, plan.sensors[sensor]);
     if DEPTHS == 1u {
         let flux = conductance * difference(upper, lower);
-        return raised(nominal, displaced(sensor, flux / conductivity, flux / next));
+        return add_unnormalized(nominal, depth_correction(sensor, flux / conductivity, flux / next));
     }
     return nominal;
 }
 
-fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
+fn depth_correction(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
     let location = plan.places[sensor];
     let row = plan.sensors[sensor];
     let shift_m = row.depth_m * (column(location.depth) - 1.0);
@@ -29,36 +29,36 @@ fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
     var start_m = row.below_m;
     var rise = real(0.0);
     if is_inside {
-        rise = -(fall_below_k_m * covered(shift_m, 0.0, start_m, false));
+        rise = -(fall_below_k_m * covered_length(shift_m, 0.0, start_m, false));
     }
     for (var step = 0u; step < location.steps_below; step++) {
         let j = location.node_below + step;
         let length_m = cells[j].below_m + cells[j + 1u].above_m;
         let gain = difference(temperatures[j + 1u], temperatures[j]) / length_m;
-        rise = rise + gain * covered(shift_m, start_m, length_m, !is_inside && step == 0u);
+        rise = rise + gain * covered_length(shift_m, start_m, length_m, !is_inside && step == 0u);
         start_m = start_m + length_m;
     }
     start_m = row.above_m;
     if is_inside {
-        rise = rise + fall_above_k_m * covered(-shift_m, 0.0, start_m, false);
+        rise = rise + fall_above_k_m * covered_length(-shift_m, 0.0, start_m, false);
     }
     for (var step = 0u; step < location.steps_above; step++) {
         let j = location.node_above - step;
         let length_m = cells[j - 1u].below_m + cells[j].above_m;
         let gain = difference(temperatures[j - 1u], temperatures[j]) / length_m;
-        rise = rise + gain * covered(-shift_m, start_m, length_m, !is_inside && step == 0u);
+        rise = rise + gain * covered_length(-shift_m, start_m, length_m, !is_inside && step == 0u);
         start_m = start_m + length_m;
     }
     return rise;
 }
 
-fn look(step: u32) {
-    for (var s = thread; s < run.sensors; s += LANES) {
+fn update_sensors(step: u32) {
+    for (var s = thread; s < run.sensors; s += THREADS_PER_MEMBER) {
         let now = read_sensor(s, step);
         if step == 0u {
             beads_now[s] = now;
         } else {
-            beads_now[s] = followed(beads_now[s], readings[s], now, beads[(step - 1u) * SENSORS + s]);
+            beads_now[s] = bead_response(beads_now[s], readings[s], now, beads[(step - 1u) * SENSORS + s]);
         }
         readings[s] = now;
     }

@@ -1,70 +1,70 @@
 // One time step of one member: twin of src/physics/step.rs, which states the scheme.
 
 fn advance(step: u32) {
-    hold(step);
+    apply_held_faces(step);
     var start: array<real, 2>;
     var start_holder_heat = real(0.0);
     for (var stage = 0u; stage < run.stages; stage++) {
         if GAS {
-            react(step, stage);
-            flow(step, stage);
+            advance_reactions(step, stage);
+            update_gas_flow(step, stage);
             stage_outflow = hot_outflow[stage];
         }
         properties(step, stage);
         synchronize();
         for (var face = 0u; face < run.open_faces; face++) {
-            boundary_rows[face] = edge(face, face * run.last_cell, step, stage);
+            boundary_rows[face] = boundary_row(face, face * run.last_cell, step, stage);
         }
         var holder_heat = real(0.0);
         if stage == 0u {
-            holder_heat = assemble(step);
+            holder_heat = assemble_first_stage(step);
         } else {
-            holder_heat = correct(step);
+            holder_heat = assemble_second_stage(step);
         }
         var face_heat = array<real, 2>(
-            passed_through(0u, 0u, step, stage),
-            passed_through(1u, run.last_cell, step, stage),
+            face_heat_flux(0u, 0u, step, stage),
+            face_heat_flux(1u, run.last_cell, step, stage),
         );
         if GAS {
-            let drawn = warm(step, stage);
+            let drawn = gas_heat_outflow(step, stage);
             face_heat = array<real, 2>(face_heat[0] + drawn[0], face_heat[1] + drawn[1]);
         }
         if stage == 0u {
-            look(step);
+            update_sensors(step);
             record(step);
             if step == run.steps {
-                finish();
+                sum_stored_heat();
                 return;
             }
             start = face_heat;
             start_holder_heat = holder_heat;
-            ascend();
+            solve_first_increments();
         } else {
-            update(step);
+            update_temperatures(step);
             synchronize();
             if has_cell(0u) {
-                account(0u, step, start[0], face_heat[0], 0u, 1u);
+                account_face_heat(0u, step, start[0], face_heat[0], 0u, 1u);
             }
             if has_cell(run.last_cell) {
-                account(1u, step, start[1], face_heat[1], run.last_cell, run.last_cell - 1u);
+                account_face_heat(1u, step, start[1], face_heat[1], run.last_cell, run.last_cell - 1u);
             }
             if HOLDER == 1u {
-                account_sideways(step, start_holder_heat, holder_heat);
+                account_holder_heat(step, start_holder_heat, holder_heat);
             }
         }
     }
 }
 
-fn ascend() {
+fn solve_first_increments() {
     var before = unknown_below_block();
     for (var up = 0u; up < end_cell() - first_cell(); up++) {
         let i = end_cell() - 1u - up;
-        before = ascended(rhs_or_increment[i], diagonal[i], upper[i], before);
+        before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
         first_increments[i] = before;
     }
 }
 
-fn account(face: u32, step: u32, start: real, end: real, cell: u32, neighbour: u32) {
+fn account_face_heat(face: u32, step: u32, start: real, end: real, cell: u32, neighbour: u32) {
     let sum = rhs_or_increment[cell];
     let neighbour_sum = rhs_or_increment[neighbour];
     let row = boundary_row_of(face);
@@ -72,11 +72,11 @@ fn account(face: u32, step: u32, start: real, end: real, cell: u32, neighbour: u
     let implicit = row.slope * sum - row.held * (slopes[0] * sum - slopes[1] * neighbour_sum);
     let half_step_s = 0.5 * lengths[step];
     let amount = half_step_s * (start + end + implicit);
-    heat[2u * face] = advanced(heat[2u * face], max(amount, 0.0));
-    heat[2u * face + 1u] = advanced(heat[2u * face + 1u], max(-amount, 0.0));
+    heat[2u * face] = add_compensated(heat[2u * face], max(amount, 0.0));
+    heat[2u * face + 1u] = add_compensated(heat[2u * face + 1u], max(-amount, 0.0));
 }
 
-fn update(step: u32) {
+fn update_temperatures(step: u32) {
     var before = unknown_below_block();
     for (var from_back = 0u; from_back < end_ply() - first_ply(); from_back++) {
         let p = end_ply() - 1u - from_back;
@@ -84,11 +84,11 @@ fn update(step: u32) {
         var top = hottest[p];
         for (var up = 0u; up < end_cell_of(p) - first_cell_of(p); up++) {
             let i = end_cell_of(p) - 1u - up;
-            before = ascended(rhs_or_increment[i], diagonal[i], upper[i], before);
+            before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
             let start = first_increments[i];
             let increment = 1.5 * start + 0.5 * before;
             rhs_or_increment[i] = start + before;
-            let now = advanced(temperatures[i], increment);
+            let now = add_compensated(temperatures[i], increment);
             temperatures[i] = now;
             low = min(low, now.high);
             top = max(top, now.high);

@@ -45,22 +45,22 @@ fn position(ply: u32, cell: u32) -> Position {
 
 // A block begins with a reciprocal pivot of one, so that its first `lower` keeps the coupling to the unknown above the
 // block.
-fn way() -> ForwardSweep {
+fn forward_sweep() -> ForwardSweep {
     return ForwardSweep(0.0, 0.0, 0.0, array<real, 2>(0.0, 0.0), 1.0, 0.0, 0.0);
 }
 
-fn bounds(edge: BoundaryRow, row: MatrixRow, outflow_slope: real) -> MatrixRow {
-    let free = 1.0 - edge.held;
+fn apply_boundary(boundary_row: BoundaryRow, row: MatrixRow, outflow_slope: real) -> MatrixRow {
+    let free = 1.0 - boundary_row.held;
     return MatrixRow(
         row.lower * free,
-        (row.diagonal + outflow_slope - edge.slope) * free + edge.held,
+        (row.diagonal + outflow_slope - boundary_row.slope) * free + boundary_row.held,
         row.upper * free,
-        (row.rhs + edge.rhs_correction) * free + edge.held * edge.rise_k,
+        (row.rhs + boundary_row.rhs_correction) * free + boundary_row.held * boundary_row.rise_k,
     );
 }
 
-fn corrects(edge: BoundaryRow, rhs: real) -> real {
-    return (rhs - edge.rhs_correction) * (1.0 - edge.held) - edge.held * edge.rise_k;
+fn apply_boundary_rhs(boundary_row: BoundaryRow, rhs: real) -> real {
+    return (rhs - boundary_row.rhs_correction) * (1.0 - boundary_row.held) - boundary_row.held * boundary_row.rise_k;
 }
 
 // A dynamic index into structs of several fields becomes so much code that compiling takes ten times as long.
@@ -71,36 +71,36 @@ fn boundary_row_of(face: u32) -> BoundaryRow {
     return boundary_rows[1];
 }
 
-fn rise(face: u32, step: u32) -> real {
+fn held_face_rise(face: u32, step: u32) -> real {
     return boundary_forcing[4u * step + 2u * face + 1u].held_k - boundary_forcing[4u * step + 2u * face].held_k;
 }
 
-fn edge(face: u32, cell: u32, step: u32, stage: u32) -> BoundaryRow {
+fn boundary_row(face: u32, cell: u32, step: u32, stage: u32) -> BoundaryRow {
     let start = 4u * step + 2u * face;
-    let surface = surface(face, cell, stage);
-    let now = through(face, boundary_forcing[start + stage], surface);
-    var edge = boundary_row_of(face);
+    let surface_state = surface_state(face, cell, stage);
+    let now = open_face_flux(face, boundary_forcing[start + stage], surface_state);
+    var boundary_row = boundary_row_of(face);
     if stage == 0u {
-        let end = through(face, boundary_forcing[start + 1u], surface);
-        edge.held = plan.faces[face].held;
-        edge.rise_k = rise(face, step);
-        edge.rhs_correction = (end.flux - now.flux) * real(GAMMA);
-        edge.slope = now.slope * keep(real(GAMMA));
+        let end = open_face_flux(face, boundary_forcing[start + 1u], surface_state);
+        boundary_row.held = plan.faces[face].held;
+        boundary_row.rise_k = held_face_rise(face, step);
+        boundary_row.rhs_correction = (end.flux - now.flux) * real(GAMMA);
+        boundary_row.slope = now.slope * opaque(real(GAMMA));
     }
-    edge.flux = now.flux;
-    return edge;
+    boundary_row.flux = now.flux;
+    return boundary_row;
 }
 
-fn net(at: Position, below: InteriorFaceFlux, from_holder: real, stage: u32, sweep: ForwardSweep) -> real {
+fn net_heat_flux(at: Position, below: InteriorFaceFlux, from_holder: real, stage: u32, sweep: ForwardSweep) -> real {
     var flux = sweep.conducted - below.conducted;
     if GAS {
-        flux = ((sweep.conducted + sweep.advected) - (below.conducted - below.advected)) - absorbed_at(at.cell, stage);
+        flux = ((sweep.conducted + sweep.advected) - (below.conducted - below.advected)) - absorbed_heat_at(at.cell, stage);
     }
     if at.face != NO_FACE {
         flux = flux + boundary_row_of(at.face).flux;
     }
     if DARCY {
-        flux = flux + swept(at.ply, at.cell, stage);
+        flux = flux + pressure_work(at.ply, at.cell, stage);
     }
     if HOLDER == 1u {
         flux = flux + from_holder;
@@ -109,7 +109,7 @@ fn net(at: Position, below: InteriorFaceFlux, from_holder: real, stage: u32, swe
 }
 
 // For a cell of another thread, only the state that continues into the block.
-fn row(
+fn first_stage_row(
     above: ForwardSweep,
     at: Position,
     node: Node,
@@ -119,7 +119,7 @@ fn row(
 ) -> ForwardSweep {
     let own_slope = below.slopes[0] * -GAMMA;
     let next_slope = below.slopes[1] * -GAMMA;
-    var next = way();
+    var next = forward_sweep();
     next.conducted = below.conducted;
     next.advected = below.advected;
     next.from_holder = above.from_holder;
@@ -129,21 +129,21 @@ fn row(
     }
     var from_holder = real(0.0);
     if HOLDER == 1u {
-        from_holder = sideways(at.ply, at.cell, step, 0u);
+        from_holder = holder_flux(at.ply, at.cell, step, 0u);
         next.from_holder = above.from_holder + from_holder;
     }
     var row = MatrixRow(
         above.slopes[0],
         node.capacity * inverse_step_1_s - (above.slopes[1] + own_slope),
         next_slope,
-        net(at, below, from_holder, 0u, above),
+        net_heat_flux(at, below, from_holder, 0u, above),
     );
     if HOLDER == 1u {
-        row.diagonal = row.diagonal + conductance_sideways(at.ply, at.cell) * keep(real(GAMMA));
+        row.diagonal = row.diagonal + holder_conductance(at.ply, at.cell) * opaque(real(GAMMA));
     }
     if GAS && plan.plies[at.ply].end_reaction > plan.plies[at.ply].first_reaction {
         let damping_rate_1_s = inverse_step_1_s * DAMPING_SHARE;
-        row.diagonal = row.diagonal + restraint(restraints[at.cell], node.capacity, damping_rate_1_s);
+        row.diagonal = row.diagonal + stiffness_damping(heat_slopes[at.cell], node.capacity, damping_rate_1_s);
     }
     if at.face == 0u {
         face_conduction[0] = below.conducted;
@@ -156,14 +156,14 @@ fn row(
     if at.face != NO_FACE {
         var outflow_slope = real(0.0);
         if GAS {
-            outflow_slope = let_out_heat(at.face, at.cell);
+            outflow_slope = outflow_heat_slope(at.face, at.cell);
         }
-        row = bounds(boundary_row_of(at.face), row, outflow_slope);
+        row = apply_boundary(boundary_row_of(at.face), row, outflow_slope);
     }
-    let eliminated_row = eliminated(row.lower, row.diagonal, above.reciprocal, above.upper);
+    let eliminated_row = eliminate_row(row.lower, row.diagonal, above.reciprocal, above.upper);
     next.reciprocal = eliminated_row.reciprocal;
     next.upper = row.upper;
-    next.rhs = descended(row.rhs, eliminated_row.lower_ratio, above.rhs);
+    next.rhs = forward_eliminate(row.rhs, eliminated_row.lower_ratio, above.rhs);
     lower[at.cell] = eliminated_row.lower_ratio;
     diagonal[at.cell] = eliminated_row.reciprocal;
     upper[at.cell] = row.upper * eliminated_row.reciprocal;
@@ -172,7 +172,7 @@ fn row(
     return next;
 }
 
-fn side(
+fn second_stage_row(
     above: ForwardSweep,
     at: Position,
     node: Node,
@@ -180,7 +180,7 @@ fn side(
     twice_inverse_step_1_s: real,
     step: u32,
 ) -> ForwardSweep {
-    var next = way();
+    var next = forward_sweep();
     next.conducted = below.conducted;
     next.advected = below.advected;
     next.from_holder = above.from_holder;
@@ -189,7 +189,7 @@ fn side(
     }
     var from_holder = real(0.0);
     if HOLDER == 1u {
-        from_holder = sideways(at.ply, at.cell, step, 1u);
+        from_holder = holder_flux(at.ply, at.cell, step, 1u);
         next.from_holder = above.from_holder + from_holder;
     }
     if at.face == 0u {
@@ -199,60 +199,60 @@ fn side(
         face_conduction[1] = -above.conducted;
     }
     let capacity = first_stage_capacities[at.cell];
-    let heat = net(at, below, from_holder, 1u, above);
+    let heat = net_heat_flux(at, below, from_holder, 1u, above);
     var rhs = capacity / node.capacity * heat - capacity * twice_inverse_step_1_s * node.increment;
     if at.face != NO_FACE {
-        rhs = corrects(boundary_row_of(at.face), rhs);
+        rhs = apply_boundary_rhs(boundary_row_of(at.face), rhs);
     }
-    next.rhs = descended(rhs, lower[at.cell], above.rhs);
+    next.rhs = forward_eliminate(rhs, lower[at.cell], above.rhs);
     rhs_or_increment[at.cell] = next.rhs;
     return next;
 }
 
-fn assemble(step: u32) -> real {
-    let inverse_step_1_s = 1.0 / length_s(step);
-    var sweep = way();
+fn assemble_first_stage(step: u32) -> real {
+    let inverse_step_1_s = 1.0 / step_length_s(step);
+    var sweep = forward_sweep();
     var here: Node;
     for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
         let start = max(plan.plies[p].first_cell, first_halo_cell());
         let entry = node(p, start, 0u);
         if start > first_halo_cell() {
-            let below = link_across(p, here, entry, 0u);
-            sweep = row(sweep, position(p - 1u, start - 1u), here, below, inverse_step_1_s, step);
+            let below = flux_across_interface(p, here, entry, 0u);
+            sweep = first_stage_row(sweep, position(p - 1u, start - 1u), here, below, inverse_step_1_s, step);
         }
         here = entry;
         for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_halo_cell()); i++) {
             let next = node(p, i, 0u);
-            let below = link_within(i - 1u, here, next, 0u);
-            sweep = row(sweep, position(p, i - 1u), here, below, inverse_step_1_s, step);
+            let below = flux_within_ply(i - 1u, here, next, 0u);
+            sweep = first_stage_row(sweep, position(p, i - 1u), here, below, inverse_step_1_s, step);
             here = next;
         }
     }
     let last = Position(PLIES - 1u, run.last_cell, 1u);
-    sweep = row(sweep, last, here, no_link(), inverse_step_1_s, step);
+    sweep = first_stage_row(sweep, last, here, no_flux(), inverse_step_1_s, step);
     return sweep.from_holder;
 }
 
-fn correct(step: u32) -> real {
-    let twice_inverse_step_1_s = 2.0 / length_s(step);
-    var sweep = way();
+fn assemble_second_stage(step: u32) -> real {
+    let twice_inverse_step_1_s = 2.0 / step_length_s(step);
+    var sweep = forward_sweep();
     var here: Node;
     for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
         let start = max(plan.plies[p].first_cell, first_halo_cell());
         let entry = node(p, start, 1u);
         if start > first_halo_cell() {
-            let below = link_across(p, here, entry, 1u);
-            sweep = side(sweep, position(p - 1u, start - 1u), here, below, twice_inverse_step_1_s, step);
+            let below = flux_across_interface(p, here, entry, 1u);
+            sweep = second_stage_row(sweep, position(p - 1u, start - 1u), here, below, twice_inverse_step_1_s, step);
         }
         here = entry;
         for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_halo_cell()); i++) {
             let next = node(p, i, 1u);
-            let below = link_within(i - 1u, here, next, 1u);
-            sweep = side(sweep, position(p, i - 1u), here, below, twice_inverse_step_1_s, step);
+            let below = flux_within_ply(i - 1u, here, next, 1u);
+            sweep = second_stage_row(sweep, position(p, i - 1u), here, below, twice_inverse_step_1_s, step);
             here = next;
         }
     }
     let last = Position(PLIES - 1u, run.last_cell, 1u);
-    sweep = side(sweep, last, here, no_link(), twice_inverse_step_1_s, step);
+    sweep = second_stage_row(sweep, last, here, no_flux(), twice_inverse_step_1_s, step);
     return sweep.from_holder;
 }

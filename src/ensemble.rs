@@ -7,33 +7,33 @@ pub use marginal::Marginal;
 pub use sampling::Sampling;
 
 use crate::case::{Bounds, Correlation, Factor};
-use sampling::Draw;
+use sampling::Sampler;
 
 /// Factor values, member × factor. Rows are generated on request, so a million members need no memory.
 #[derive(Clone, Debug)]
 pub struct Ensemble {
     factors: usize,
     members: usize,
-    rows: Rows,
+    source: FactorSource,
 }
 
 #[derive(Clone, Debug)]
-enum Rows {
+enum FactorSource {
     Given(Vec<f64>),
-    Drawn(Draw),
+    Sampled(Sampler),
 }
 
 impl Ensemble {
     /// One member: every factor at its nominal value.
     pub fn nominal(factors: &[Factor]) -> Self {
-        Self::at(factors.len(), factors.iter().map(|factor| factor.nominal).collect())
+        Self::from_values(factors.len(), factors.iter().map(|factor| factor.nominal).collect())
     }
 
     /// Members with these factor values, row-major (member × factor). Without factors the ensemble has one member.
     ///
     /// # Panics
     /// When the number of values is not a multiple of `factors`.
-    pub fn at(factors: usize, values: Vec<f64>) -> Self {
+    pub fn from_values(factors: usize, values: Vec<f64>) -> Self {
         let members = values.len().checked_div(factors).unwrap_or(1);
         assert_eq!(
             values.len(),
@@ -41,21 +41,25 @@ impl Ensemble {
             "{} values do not fill whole rows of {factors} factors",
             values.len()
         );
-        Self { factors, members, rows: Rows::Given(values) }
+        Self { factors, members, source: FactorSource::Given(values) }
     }
 
     /// Members sampled between the factor bounds as [`Sampling`] states.
     pub fn sample(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
-        Self { factors: factors.len(), members, rows: Rows::Drawn(Draw::new(factors, bounds, sampling, members)) }
+        Self {
+            factors: factors.len(),
+            members,
+            source: FactorSource::Sampled(Sampler::new(factors, bounds, sampling, members)),
+        }
     }
 
     /// The same sampled members with correlated factors (Gaussian copula). Members with given values do not change.
     ///
     /// Factors beyond those in the correlation stay independent.
     pub fn correlated(self, correlation: &Correlation) -> Self {
-        match self.rows {
-            Rows::Drawn(draw) => Self { rows: Rows::Drawn(draw.correlated(correlation)), ..self },
-            Rows::Given(_) => self,
+        match self.source {
+            FactorSource::Sampled(draw) => Self { source: FactorSource::Sampled(draw.correlated(correlation)), ..self },
+            FactorSource::Given(_) => self,
         }
     }
 
@@ -80,9 +84,9 @@ impl Ensemble {
     /// When `member` is out of range.
     pub fn member(&self, member: usize) -> Vec<f64> {
         assert!(member < self.members, "no member {member} in an ensemble of {}", self.members);
-        match &self.rows {
-            Rows::Given(values) => values[member * self.factors..(member + 1) * self.factors].to_vec(),
-            Rows::Drawn(draw) => draw.row(member),
+        match &self.source {
+            FactorSource::Given(values) => values[member * self.factors..(member + 1) * self.factors].to_vec(),
+            FactorSource::Sampled(draw) => draw.member(member),
         }
     }
 }
@@ -118,7 +122,7 @@ impl SamplingKind {
         }
     }
 
-    /// The kind with this name; `None` for an unknown name.
+    /// The kind with this name; `Scalar` for an unknown name.
     pub fn named(name: &str) -> Option<Self> {
         [Self::Normal, Self::Uniform, Self::LatinHypercube, Self::Sobol].into_iter().find(|kind| kind.name() == name)
     }

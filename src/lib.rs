@@ -21,7 +21,7 @@
 //!
 //! A [`Case`] describes the problem: [layup](case::Layup), [exposure](case::Exposure), [sensors](case::Sensor),
 //! [factors](case::Factor), [observations](case::Observation). It becomes a
-//! [`Plan`]: flat arrays for the backends, with the cells and time steps that [`pilot`] chooses. An [`Ensemble`] has
+//! [`Plan`]: flat arrays for the backends, with the cells and time steps that [`adapt`] chooses. An [`Ensemble`] has
 //! one [member](Ensemble::member) per variation. A [`March`](march::March) integrates the members in time and returns
 //! [`Traces`]. A [study] computes one kind of answer from them; a [`Fit`](fit::Fit) is the result of a least-squares
 //! minimisation, which is independent of heat transfer.
@@ -54,7 +54,7 @@
 //! - [`session`]: one case and its studies: the entry point
 //! - [`case`]: the description of a problem: case files, materials, validation
 //! - [`plan`]: the discretised problem: cells, time steps and flat arrays
-//! - [`pilot`]: the choice of cells and time steps for a tolerance
+//! - [`adapt`]: the choice of cells and time steps for a tolerance
 //! - [`ensemble`]: members and their sampling
 //! - `physics` (private): one time step of one member; each file has a twin in WGSL
 //! - [`march`]: time integration of an ensemble, on the CPU or a device
@@ -68,8 +68,8 @@
 //! and only [`report`] writes them.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod adapt;
 pub mod case;
-mod chance;
 pub mod ensemble;
 pub mod fit;
 pub mod march;
@@ -79,8 +79,8 @@ mod physics;
 #[cfg(feature = "internals")]
 #[expect(missing_docs, reason = "not part of the public interface")]
 pub mod physics;
-pub mod pilot;
 pub mod plan;
+mod random;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod session;

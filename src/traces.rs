@@ -18,7 +18,7 @@ pub struct Traces {
     /// Member × gauge × instant, in the unit of each [`Gauge`]; empty where nothing decomposes and no gas flows.
     pub gauges: Vec<f64>,
     /// One per member.
-    pub arrivals: Vec<Arrival>,
+    pub statuses: Vec<MemberStatus>,
     /// One per member.
     pub balances: Vec<Balance>,
     /// Member × ply: lowest and highest temperature, K.
@@ -81,16 +81,16 @@ impl Gauge {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub enum Arrival {
+pub enum MemberStatus {
     /// The march reached the end of the exposure.
-    Done,
+    Completed,
     /// A temperature left the range of 0 to 4,000 K or became NaN.
-    Strayed {
+    Diverged {
         /// Time, s.
         time_s: f64,
     },
     /// A temperature left the range of a table that forbids extrapolation.
-    LeftTable {
+    OutOfTable {
         /// Index of the ply in the layup.
         ply: usize,
         /// The temperature outside the table, K.
@@ -134,7 +134,7 @@ pub struct Balance {
 
 /// Smallest heat to which a residual is relative: less is rounding. It warms a gram of cloth on a square metre by a
 /// thousandth of a kelvin.
-const LEAST_HEAT_J_M2: f64 = 1e-3;
+const MIN_HEAT_J_M2: f64 = 1e-3;
 
 impl Balance {
     /// From the sums of a member: in and out through the hot face, the back face, and the holder.
@@ -155,7 +155,7 @@ impl Balance {
     /// With the gas terms: gas in and out through both faces, its net enthalpy, the heat of reaction beyond enthalpies,
     /// solid lost, and gas stored.
     #[must_use]
-    pub fn and_gas(self, gone: [f64; 6]) -> Self {
+    pub fn with_gas(self, gone: [f64; 6]) -> Self {
         let [gas_in_kg_m2, gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2] = gone;
         Self {
             gas_in_kg_m2,
@@ -170,7 +170,7 @@ impl Balance {
 
     /// Combine two balances entry by entry.
     #[must_use]
-    pub fn combined(one: Self, other: Self, each: impl Fn(f64, f64) -> f64) -> Self {
+    pub fn zip_map(one: Self, other: Self, each: impl Fn(f64, f64) -> f64) -> Self {
         Self {
             hot_in_j_m2: each(one.hot_in_j_m2, other.hot_in_j_m2),
             hot_out_j_m2: each(one.hot_out_j_m2, other.hot_out_j_m2),
@@ -195,7 +195,7 @@ impl Balance {
         let moved = came_in.max(went_out);
         let moved = if moved > 0.0 { moved } else { self.stored_j_m2.abs() };
         let left = came_in - went_out - self.gas_heat_j_m2 + self.reaction_gain_j_m2 - self.stored_j_m2;
-        left / moved.max(LEAST_HEAT_J_M2)
+        left / moved.max(MIN_HEAT_J_M2)
     }
 
     /// Mass residual: solid lost plus gas in minus gas out minus gas stored, relative to the largest of the first
@@ -209,14 +209,14 @@ impl Balance {
 
 impl Traces {
     /// Traces without members.
-    pub fn none(first: usize, sensors: usize, instants: usize) -> Self {
+    pub fn empty(first: usize, sensors: usize, instants: usize) -> Self {
         Self {
             first,
             sensors,
             instants,
             temperatures_k: Vec::new(),
             gauges: Vec::new(),
-            arrivals: Vec::new(),
+            statuses: Vec::new(),
             balances: Vec::new(),
             extremes_k: Vec::new(),
         }
@@ -225,16 +225,16 @@ impl Traces {
     /// Append some members of `other`, indexed from its first.
     pub fn extend(&mut self, other: &Self, members: Range<usize>) {
         let (count, of) = (other.members(), &members);
-        self.temperatures_k.extend_from_slice(some(&other.temperatures_k, count, of));
-        self.gauges.extend_from_slice(some(&other.gauges, count, of));
-        self.arrivals.extend_from_slice(some(&other.arrivals, count, of));
-        self.balances.extend_from_slice(some(&other.balances, count, of));
-        self.extremes_k.extend_from_slice(some(&other.extremes_k, count, of));
+        self.temperatures_k.extend_from_slice(member_slice(&other.temperatures_k, count, of));
+        self.gauges.extend_from_slice(member_slice(&other.gauges, count, of));
+        self.statuses.extend_from_slice(member_slice(&other.statuses, count, of));
+        self.balances.extend_from_slice(member_slice(&other.balances, count, of));
+        self.extremes_k.extend_from_slice(member_slice(&other.extremes_k, count, of));
     }
 
     /// Number of members.
     pub fn members(&self) -> usize {
-        self.arrivals.len()
+        self.statuses.len()
     }
 
     /// Temperatures of one member at one sensor over the instants, K.
@@ -243,7 +243,7 @@ impl Traces {
         &self.temperatures_k[start..start + self.instants]
     }
 
-    /// Values of one gauge of one member over the instants; `None` where gauges were not recorded.
+    /// Values of one gauge of one member over the instants; `Scalar` where gauges were not recorded.
     pub fn gauge(&self, member: usize, gauge: Gauge) -> Option<&[f64]> {
         let start = (member * Gauge::ALL.len() + gauge as usize) * self.instants;
         self.gauges.get(start..start + self.instants)
@@ -257,7 +257,7 @@ impl Traces {
 }
 
 /// The values of some of `count` members, stored member by member with equally many values each.
-fn some<'a, T>(values: &'a [T], count: usize, members: &Range<usize>) -> &'a [T] {
+fn member_slice<'a, T>(values: &'a [T], count: usize, members: &Range<usize>) -> &'a [T] {
     let each = values.len() / count;
     &values[members.start * each..members.end * each]
 }
@@ -290,7 +290,7 @@ mod tests {
             instants: 3,
             temperatures_k: Vec::new(),
             gauges,
-            arrivals: vec![Arrival::Done; 2],
+            statuses: vec![MemberStatus::Completed; 2],
             balances: Vec::new(),
             extremes_k: Vec::new(),
         };

@@ -1,20 +1,20 @@
 //! Coverage of Monte Carlo bands, counted over independent members of another seed.
 
-use crate::support::{BAND_SHARE, HALF_SHARE, KEPT_SHARE, case};
+use crate::support::{BAND_COVERAGE_50, BAND_COVERAGE_95, STORED_COVERAGE, case};
+use bondline::adapt::adapt;
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
-use bondline::march::{Precision, cpu::Cpu, extrapolated::Extrapolated, march_all};
-use bondline::pilot::pilot;
+use bondline::march::{Precision, cpu::Cpu, march_all, richardson::RichardsonMarch};
 use bondline::plan::Plan;
 use bondline::study::nominal::nominal;
 use bondline::study::uncertainty::{Sweep, Uncertainty, uncertainty};
-use bondline::traces::Arrival;
+use bondline::traces::MemberStatus;
 
 const MEMBERS: usize = 3000;
 const OTHERS: usize = 2000;
 
-fn march() -> Extrapolated {
-    Extrapolated::new(Box::new(Cpu::new(Precision::F64)))
+fn march() -> RichardsonMarch {
+    RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)))
 }
 
 fn swept(case: &Case, plan: &Plan, bounds: Bounds, kind: SamplingKind) -> Uncertainty {
@@ -42,7 +42,7 @@ fn others(case: &Case, plan: &Plan, found: &Uncertainty, bounds: Bounds, kind: S
     let mut shares: Vec<Shares> = case.sensors().iter().map(|_| Shares::default()).collect();
     let mut members = 0.0;
     march_all(&mut march(), plan, &ensemble, &mut |traces| {
-        for member in (0..traces.members()).filter(|&member| traces.arrivals[member] == Arrival::Done) {
+        for member in (0..traces.members()).filter(|&member| traces.statuses[member] == MemberStatus::Completed) {
             members += 1.0;
             for (sensor, shares) in shares.iter_mut().enumerate() {
                 let (spread, trace_k) = (&found.spreads[sensor], traces.trace(member, sensor));
@@ -63,7 +63,7 @@ fn others(case: &Case, plan: &Plan, found: &Uncertainty, bounds: Bounds, kind: S
                     held as f64 / has_response.iter().filter(|responds| **responds).count() as f64
                 };
                 let (pointwise, half) = (inside(low_k, high_k), inside(quarter_k, three_quarters_k));
-                shares.in_simultaneous += throughout(&inside(&spread.whole.low_k, &spread.whole.high_k));
+                shares.in_simultaneous += throughout(&inside(&spread.simultaneous.low_k, &spread.simultaneous.high_k));
                 shares.in_pointwise += throughout(&pointwise);
                 shares.at_an_instant += on_average(&pointwise);
                 shares.at_an_instant_in_half += on_average(&half);
@@ -98,7 +98,7 @@ fn bands_have_their_stated_coverage_for_independent_members() {
         ("lcat-2259-tc3", Bounds::Small, SamplingKind::Sobol),
     ] {
         let case = case(id);
-        let plan = pilot(&case).expect("the processor does not fail");
+        let plan = adapt(&case).expect("the processor does not fail");
         let found = swept(&case, &plan, bounds, kind);
         let shares = others(&case, &plan, &found, bounds, kind);
         let mut judged = 0;
@@ -109,20 +109,24 @@ fn bands_have_their_stated_coverage_for_independent_members() {
             }
             let near = |share: f64, said: f64, by: f64| (share - said).abs() <= by;
             assert!(
-                near(of.in_simultaneous, 0.95, BAND_SHARE),
+                near(of.in_simultaneous, 0.95, BAND_COVERAGE_95),
                 "{name}: {} in the simultaneous band",
                 of.in_simultaneous
             );
-            assert!(near(of.at_an_instant, 0.95, BAND_SHARE), "{name}: {} at an instant", of.at_an_instant);
-            assert!(near(of.at_an_instant_in_half, 0.5, HALF_SHARE), "{name}: {} in half", of.at_an_instant_in_half);
-            assert!(near(of.peak_in_95, 0.95, BAND_SHARE), "{name}: {} of peaks", of.peak_in_95);
-            assert!(near(of.peak_in_half, 0.5, HALF_SHARE), "{name}: {} of peaks in half", of.peak_in_half);
+            assert!(near(of.at_an_instant, 0.95, BAND_COVERAGE_95), "{name}: {} at an instant", of.at_an_instant);
+            assert!(
+                near(of.at_an_instant_in_half, 0.5, BAND_COVERAGE_50),
+                "{name}: {} in half",
+                of.at_an_instant_in_half
+            );
+            assert!(near(of.peak_in_95, 0.95, BAND_COVERAGE_95), "{name}: {} of peaks", of.peak_in_95);
+            assert!(near(of.peak_in_half, 0.5, BAND_COVERAGE_50), "{name}: {} of peaks in half", of.peak_in_half);
             // The pointwise band contains fewer than 95 % of whole traces, and the reported coverage is right.
-            let whole = &spread.whole;
-            assert!(of.in_pointwise < 0.95 - BAND_SHARE, "{name}: {} of whole traces", of.in_pointwise);
-            assert_eq!(whole.in_pointwise.of, 500, "{name}");
-            assert!(near(whole.in_pointwise.share(), of.in_pointwise, KEPT_SHARE), "{name}: {whole:?}");
-            assert!(near(whole.in_simultaneous.share(), 0.95, KEPT_SHARE), "{name}: {whole:?}");
+            let whole = &spread.simultaneous;
+            assert!(of.in_pointwise < 0.95 - BAND_COVERAGE_95, "{name}: {} of whole traces", of.in_pointwise);
+            assert_eq!(whole.in_pointwise.total, 500, "{name}");
+            assert!(near(whole.in_pointwise.fraction(), of.in_pointwise, STORED_COVERAGE), "{name}: {whole:?}");
+            assert!(near(whole.in_simultaneous.fraction(), 0.95, STORED_COVERAGE), "{name}: {whole:?}");
             judged += 1;
         }
         assert!(judged >= 1, "{id}: no sensor responds");

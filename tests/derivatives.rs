@@ -3,7 +3,10 @@
 
 mod kinds;
 
-use crate::support::{CORNER_DERIVATIVE, FELT_K, FOUND, adapter, changed, coarse, numbers, with_factor};
+use crate::support::{
+    DERIVATIVE_AT_TABLE_NODE, MIN_DERIVATIVE_K, NOISE_FREE_ESTIMATE, adapter, all_numbers, coarse, modified,
+    with_factor,
+};
 use bondline::Case;
 use bondline::case::{Observation, Property};
 use bondline::ensemble::Ensemble;
@@ -12,9 +15,9 @@ use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
-use bondline::study::estimate::{Search, estimate};
+use bondline::study::estimate::{SearchOptions, estimate};
 use bondline::study::sensitivity::{difference_step, sensitivity};
-use bondline::traces::{Arrival, Traces};
+use bondline::traces::{MemberStatus, Traces};
 
 /// Cases of two seeds.
 fn cases() -> Vec<Case> {
@@ -29,13 +32,13 @@ fn nominal(case: &Case) -> Vec<f64> {
 fn tangents(march: &mut dyn March, case: &Case, times: f64) -> Traces {
     let point: Vec<f64> = nominal(case).into_iter().map(|factor| factor * times).collect();
     let factors: Vec<usize> = (0..point.len()).collect();
-    let computed = march.tangents(&Plan::new(case), &Ensemble::at(point.len(), point), &factors);
+    let computed = march.tangents(&Plan::new(case), &Ensemble::from_values(point.len(), point), &factors);
     let computed = computed.expect("it marches").expect("it gives derivatives");
     assert!(
-        computed.arrivals.iter().all(|arrival| *arrival == Arrival::Done),
+        computed.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
         "{}: {:?}",
         case.name(),
-        computed.arrivals
+        computed.statuses
     );
     computed
 }
@@ -48,7 +51,7 @@ fn differences(case: &Case) -> Vec<Vec<f64>> {
         .factors()
         .iter()
         .map(|factor| {
-            let (low, high) = factor.widest();
+            let (low, high) = factor.widest_bounds();
             [(factor.nominal - step).max(low), (factor.nominal + step).min(high)]
         })
         .collect();
@@ -59,13 +62,13 @@ fn differences(case: &Case) -> Vec<Vec<f64>> {
             row
         })
     });
-    let ensemble = Ensemble::at(nominal.len(), rows.flatten().collect());
+    let ensemble = Ensemble::from_values(nominal.len(), rows.flatten().collect());
     let marched = Cpu::new(Precision::F64).march(&plan, &ensemble, 0..ensemble.len()).expect("it marches");
     assert!(
-        marched.arrivals.iter().all(|arrival| *arrival == Arrival::Done),
+        marched.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
         "{}: {:?}",
         case.name(),
-        marched.arrivals
+        marched.statuses
     );
     let of = |(factor, [low, high]): (usize, &[f64; 2])| {
         let pairs = marched.member(2 * factor).iter().zip(marched.member(2 * factor + 1));
@@ -80,11 +83,11 @@ fn wrong(computed: &Traces, case: &Case) -> Vec<(String, f64)> {
     let off = differences(case).into_iter().enumerate().map(|(factor, slopes)| {
         let largest = slopes.iter().fold(0.0_f64, |largest, slope| largest.max(slope.abs()));
         let name = format!("{}: {}", case.name(), case.factors()[factor].name);
-        assert!(largest > FELT_K, "{name} has no effect: {largest} K per unit");
+        assert!(largest > MIN_DERIVATIVE_K, "{name} has no effect: {largest} K per unit");
         let apart = computed.member(1 + factor).iter().zip(&slopes).map(|(computed, slope)| (computed - slope).abs());
         (name, apart.fold(0.0, f64::max) / largest)
     });
-    off.filter(|(_, off)| off.is_nan() || *off > CORNER_DERIVATIVE).collect()
+    off.filter(|(_, off)| off.is_nan() || *off > DERIVATIVE_AT_TABLE_NODE).collect()
 }
 
 #[test]
@@ -125,7 +128,7 @@ fn tangents_at_nominal_factors_are_bit_identical_on_device_and_cpu() {
     for word in ["interfaces", "depth of the back", "blowing without gas"] {
         let case = kinds::cases(26).into_iter().find(|case| case.name().contains(word)).expect("one of the kinds");
         let (here, there) = (tangents(&mut Cpu::new(Precision::F32), &case, 1.0), tangents(&mut gpu, &case, 1.0));
-        let pairs = numbers(&here).into_iter().zip(numbers(&there));
+        let pairs = all_numbers(&here).into_iter().zip(all_numbers(&there));
         assert_eq!(pairs.filter(|(here, there)| here != there).count(), 0, "{}", case.name());
         assert_eq!(wrong(&there, &case), [], "{}", case.name());
     }
@@ -133,31 +136,41 @@ fn tangents_at_nominal_factors_are_bit_identical_on_device_and_cpu() {
 
 #[test]
 fn sensitivities_and_estimates_find_the_depth_of_a_sensor_from_its_nominal_value() {
-    let case = with_factor(&coarse(), "TC3", Property::Depth);
+    let case = with_factor(&coarse(), "TC3", Property::SensorDepth);
     let (depth, sensor, truth) = (case.factors().len() - 1, 2, 1.05);
     assert_eq!(case.sensors()[sensor].name, "TC3");
-    let case = changed(&case, |case| {
+    let case = modified(&case, |case| {
         (case.observations, case.estimate.sensors, case.estimate.factors) = (Vec::new(), vec![sensor], vec![depth]);
         case.estimate.start.clear();
     });
     let plan = Plan::new(&case);
     let mut point = nominal(&case);
     point[depth] = truth;
-    let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::at(point.len(), point), 0..1).expect("it marches");
+    let traces =
+        Cpu::new(Precision::F64).march(&plan, &Ensemble::from_values(point.len(), point), 0..1).expect("it marches");
     let (times_s, temperatures_k) = (plan.instants_s().to_vec(), traces.trace(0, sensor).to_vec());
     let sigma_k = vec![2.0; times_s.len()];
     let observation = Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None };
-    let case = changed(&case, |case| case.observations = vec![observation]);
+    let case = modified(&case, |case| case.observations = vec![observation]);
     let plan = Plan::new(&case);
 
     let found = |step| sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), step).expect("it marches");
     let (computed, differed) = (found(None), found(Some(difference_step(Precision::F64))));
     assert_eq!((computed.method(), differed.method()), ("tangent", "difference"));
-    assert!(computed.matter().contains(&depth), "the depth has a share of {} of the variance", computed.shares[depth]);
-    assert!((computed.shares[depth] - differed.shares[depth]).abs() < CORNER_DERIVATIVE, "{:?}", differed.shares);
+    assert!(
+        computed.influential_factors().contains(&depth),
+        "the depth has a share of {} of the variance",
+        computed.shares[depth]
+    );
+    assert!(
+        (computed.shares[depth] - differed.shares[depth]).abs() < DERIVATIVE_AT_TABLE_NODE,
+        "{:?}",
+        differed.shares
+    );
 
-    let estimated = estimate(&[(&case, &plan)], &mut Cpu::new(Precision::F64), &Search::of(Precision::F64));
+    let estimated =
+        estimate(&[(&case, &plan)], &mut Cpu::new(Precision::F64), &SearchOptions::for_precision(Precision::F64));
     let estimated = estimated.expect("an estimate");
     assert!(estimated.converged, "{}", estimated.termination);
-    assert!((estimated.values[0] - truth).abs() < FOUND, "{:?}", estimated.values);
+    assert!((estimated.values[0] - truth).abs() < NOISE_FREE_ESTIMATE, "{:?}", estimated.values);
 }

@@ -1,29 +1,29 @@
 //! Estimates of whole cases: coverage of intervals, one objective for estimate and profile, one standard error.
 
-use crate::support::{PROFILE_ENDS, RECOVERED, RECOVERED_SINGLE, case, changed};
+use crate::support::{PROFILE_ENDS, RECOVERED, RECOVERED_SINGLE, case, modified};
+use bondline::adapt::adapt;
 use bondline::case::{Bounds, Case, Factor, LossFunction, Property, Sensor, Side};
 use bondline::ensemble::Ensemble;
 use bondline::fit::interval::NORMAL_95;
-use bondline::march::{March, Precision, cpu::Cpu, extrapolated::Extrapolated};
-use bondline::pilot::pilot;
+use bondline::march::{March, Precision, cpu::Cpu, richardson::RichardsonMarch};
 use bondline::plan::Plan;
-use bondline::study::estimate::{Estimated, Search, estimate};
-use bondline::study::recovery::{Design, Recovery, recovery};
-use bondline::study::thermocouples::samples;
+use bondline::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study};
+use bondline::study::estimate::{ParameterEstimates, SearchOptions, estimate};
+use bondline::study::thermocouple_residuals::samples;
 use bondline::study::twin::{Noise, twin};
 
-fn march(precision: Precision) -> Extrapolated {
-    Extrapolated::new(Box::new(Cpu::new(precision)))
+fn march(precision: Precision) -> RichardsonMarch {
+    RichardsonMarch::new(Box::new(Cpu::new(precision)))
 }
 
-fn estimated(case: &Case, precision: Precision, profiles: &[&str]) -> Estimated {
-    let plan = pilot(case).expect("the processor does not fail");
+fn estimated(case: &Case, precision: Precision, profiles: &[&str]) -> ParameterEstimates {
+    let plan = adapt(case).expect("the processor does not fail");
     let profiles = profiles.iter().map(|&name| name.to_owned()).collect();
-    let search = Search { profiles, landscape: false, ..Search::of(precision) };
+    let search = SearchOptions { profiles, landscape: false, ..SearchOptions::for_precision(precision) };
     estimate(&[(case, &plan)], &mut march(precision), &search).expect("an estimate")
 }
 
-fn holds(found: &Estimated, truth: f64) -> bool {
+fn holds(found: &ParameterEstimates, truth: f64) -> bool {
     found.intervals.iter().all(|&(low, high)| (low..=high).contains(&truth))
 }
 
@@ -42,12 +42,12 @@ fn noise_free_data_give_the_true_factors_and_intervals_that_contain_them_in_both
 #[test]
 fn an_interval_includes_the_discretisation_error_of_the_march() {
     let case = case("twin-tc3");
-    let fine = changed(&case, |case| case.resolution.tolerance_k = Some(5e-4));
-    let plan = pilot(&fine).expect("the processor does not fail");
+    let fine = modified(&case, |case| case.resolution.tolerance_k = Some(5e-4));
+    let plan = adapt(&fine).expect("the processor does not fail");
     let truth: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
     let exact = Noise { correlation_s: 0.0, seed: 1 };
     let made = twin(&fine, &plan, &mut march(Precision::F64), truth, 0.0, &exact).expect("synthetic data");
-    let case = changed(&case, |case| {
+    let case = modified(&case, |case| {
         for seen in &mut case.observations {
             for (time_s, temperature_k) in seen.times_s.iter().zip(&mut seen.temperatures_k) {
                 let instant = made.instants_s.iter().position(|at_s| (at_s - time_s).abs() < 1e-9);
@@ -67,31 +67,31 @@ fn an_interval_includes_the_discretisation_error_of_the_march() {
 
 /// The residuals of the board are twenty times the stated deviations: with these, the data would outweigh the prior.
 fn board() -> Case {
-    changed(&case("kaowool-tc"), |case| case.estimate.prior = Some(Bounds::Small))
+    modified(&case("kaowool-tc"), |case| case.estimate.prior = Some(Bounds::Small))
 }
 
 /// Ends of the interval of a profile from a grid: the objective with one factor fixed and the others minimised, at the
 /// level of the profile.
-fn by_grid(case: &Case, found: &Estimated, place: usize) -> (f64, f64) {
-    let plan = pilot(case).expect("the processor does not fail");
+fn by_grid(case: &Case, found: &ParameterEstimates, place: usize) -> (f64, f64) {
+    let plan = adapt(case).expect("the processor does not fail");
     let (low, high) = found.profiles[0].interval;
     let (low, high) = (low.expect("an end"), high.expect("an end"));
     let (from, to) = (low - 0.3 * (high - low), high + 0.3 * (high - low));
     // The objective by definition: squared residuals over deviations times the noise inflation, and squared priors.
     let objective = |value: f64| {
         let factor = case.estimate().factors[place];
-        let held = changed(case, |held| {
+        let held = modified(case, |held| {
             // A fixed factor has no prior of its own here.
             let wide = (0.5 * value, 2.0 * value);
             held.factors[factor] = Factor { nominal: value, small: wide, large: wide, ..held.factors[factor].clone() };
             held.estimate.factors.retain(|&other| other != factor);
             // The stated deviations are multiplied by the noise inflation, as in the full fit.
             for seen in &mut held.observations {
-                seen.sigma_k.iter_mut().for_each(|sigma_k| *sigma_k *= found.shortfall);
+                seen.sigma_k.iter_mut().for_each(|sigma_k| *sigma_k *= found.noise_inflation);
             }
         });
         let own = &case.factors()[factor];
-        let of_held = ((value - own.nominal) / own.deviation(Bounds::Small)).powi(2);
+        let of_held = ((value - own.nominal) / own.prior_standard_deviation(Bounds::Small)).powi(2);
         least(&held, &plan) + of_held
     };
     let grid: Vec<(f64, f64)> = (0..=40)
@@ -116,7 +116,7 @@ fn least(case: &Case, plan: &Plan) -> f64 {
         let samples = samples(case, plan).concat();
         let squares =
             samples.iter().map(|s| ((traces.trace(0, s.sensor)[s.instant] - s.measured_k) / s.sigma_k).powi(2));
-        squares.sum::<f64>() + ((value - factor.nominal) / factor.deviation(Bounds::Small)).powi(2)
+        squares.sum::<f64>() + ((value - factor.nominal) / factor.prior_standard_deviation(Bounds::Small)).powi(2)
     };
     let (mut low, mut high) = factor.bounds(case.estimate().bounds);
     let golden = 0.618_033_988_75;
@@ -131,7 +131,7 @@ fn least(case: &Case, plan: &Plan) -> f64 {
 fn profile_and_linear_interval_with_a_prior_use_the_objective_of_the_estimate() {
     let case = board();
     let found = estimated(&case, Precision::F64, &["f_cp_INS"]);
-    assert!(found.converged && found.shortfall > 5.0, "{found:?}");
+    assert!(found.converged && found.noise_inflation > 5.0, "{found:?}");
     let place = found.profiles[0].factor;
     let (Some(low), Some(high)) = found.profiles[0].interval else { panic!("{:?}", found.profiles[0]) };
     assert!(low < found.values[place] && found.values[place] < high, "{low} to {high} about {}", found.values[place]);
@@ -146,7 +146,7 @@ fn profile_and_linear_interval_with_a_prior_use_the_objective_of_the_estimate() 
 
 #[test]
 fn a_profile_with_a_robust_loss_and_a_prior_has_both_ends() {
-    let case = changed(&board(), |case| {
+    let case = modified(&board(), |case| {
         case.estimate.loss = LossFunction::SoftL1 { width: 2.0 };
         case.estimate.prior = Some(Bounds::Large);
         case.estimate.bounds = Bounds::Large;
@@ -174,14 +174,14 @@ fn the_standard_error_is_that_of_the_interval_and_not_that_of_independent_residu
 
 #[test]
 fn a_factor_without_effect_on_the_data_has_an_infinite_error() {
-    let case = changed(&case("twin-tc3"), |case| {
+    let case = modified(&case("twin-tc3"), |case| {
         // This sensor has no observations, so its depth does not affect the data.
         let (name, depth_m) = ("FREE".to_owned(), case.layup.origin_m + 1.5e-3);
         case.sensors.push(Sensor { name: name.clone(), depth_m, side: Side::Both, lag_s: 0.0 });
         case.factors.push(Factor {
             name: "f_depth".to_owned(),
             group: name,
-            property: Property::Depth,
+            property: Property::SensorDepth,
             state: None,
             nominal: 1.0,
             small: (0.95, 1.05),
@@ -203,18 +203,18 @@ fn recovered(
     window_s: (f64, f64),
     correlation_s: f64,
     data_sets: usize,
-) -> Recovery {
-    let case = changed(&case(id), |case| {
+) -> CoverageStudy {
+    let case = modified(&case(id), |case| {
         case.estimate.factors = vec![case.factors.iter().position(|known| known.name == factor).expect("the factor")];
         case.estimate.start = Vec::new();
         case.estimate.sensors = vec![case.sensors.iter().position(|known| known.name == sensor).expect("the sensor")];
         case.estimate.window_s = Some(window_s);
     });
-    let plan = pilot(&case).expect("the processor does not fail");
-    let search = Search { landscape: false, ..Search::of(Precision::F64) };
+    let plan = adapt(&case).expect("the processor does not fail");
+    let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(Precision::F64) };
     let noise = Noise { correlation_s, seed: 1 };
-    let design = Design { twins: data_sets, drawn: Bounds::Small, noise_k: None, noise, search };
-    recovery(&case, &plan, &mut march(Precision::F64), &design).expect("fits")
+    let design = CoverageDesign { data_sets, truth_bounds: Bounds::Small, noise_k: None, noise, search };
+    coverage_study(&case, &plan, &mut march(Precision::F64), &design).expect("fits")
 }
 
 /// Windows of two and four correlation times, in which the lag-one autocorrelation of the residuals is biased low:
@@ -229,7 +229,7 @@ fn intervals_have_their_nominal_coverage_in_windows_of_a_few_correlation_times()
     ];
     for (factor, sensor, window_s, correlation_s) in hard {
         let found = recovered("lcat-2259", factor, sensor, window_s, correlation_s, 300);
-        let share = found.covered.share();
-        assert!(found.covered.of == 300 && (0.918..=0.982).contains(&share), "{factor}: {:?}", found.covered);
+        let share = found.covered.fraction();
+        assert!(found.covered.total == 300 && (0.918..=0.982).contains(&share), "{factor}: {:?}", found.covered);
     }
 }

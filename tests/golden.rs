@@ -3,27 +3,27 @@
 //! A change of these numbers changes the results of users: check the difference, explain it in the commit, and renew
 //! the files of `tests/golden` with `BONDLINE_BLESS=1 cargo test --release golden`.
 
-use crate::support::{DOUBLE_K, case, cases, changed, root};
+use crate::support::{DOUBLE_K, case, cases, modified, root};
+use bondline::adapt::adapt;
 use bondline::case::Case;
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
-use bondline::march::extrapolated::Extrapolated;
-use bondline::pilot::pilot;
-use bondline::study::nominal::{Nominal, nominal};
+use bondline::march::richardson::RichardsonMarch;
+use bondline::study::nominal::{Prediction, nominal};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Recorded instants, as shares of the exposure.
 const SHARES: [f64; 6] = [0.02, 0.1, 0.25, 0.5, 0.75, 1.0];
 
-fn marched(case: &Case) -> Nominal {
-    let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
-    let plan = pilot(case).expect("the CPU backend does not fail");
+fn marched(case: &Case) -> Prediction {
+    let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
+    let plan = adapt(case).expect("the CPU backend does not fail");
     nominal(case, &plan, &mut march).expect("the CPU backend does not fail")
 }
 
 /// The record of a march in a golden file.
-fn record(case: &Case, outcome: &Nominal) -> Value {
+fn record(case: &Case, outcome: &Prediction) -> Value {
     let sensors =
         case.sensors().iter().zip(&outcome.peaks).zip(&outcome.temperatures_k).map(|((sensor, peak), trace_k)| {
             let at = SHARES.map(|share| {
@@ -105,7 +105,7 @@ fn the_peaks_of_the_arc_jet_layup_match_an_independent_computation() {
 
 #[test]
 fn the_slab_matches_its_exact_solution_within_ten_millikelvin() {
-    let case = changed(&case("slab"), |case| case.resolution.tolerance_k = Some(0.01));
+    let case = modified(&case("slab"), |case| case.resolution.tolerance_k = Some(0.01));
     let outcome = marched(&case);
     assert_eq!(case.observations().len(), 3);
     for (seen, misfit) in case.observations().iter().zip(&outcome.misfits) {

@@ -37,7 +37,7 @@ fn expanded(tree: &str) -> Vec<String> {
     branches.flat_map(expanded).map(|branch| format!("{}{branch}", prefix.trim())).collect()
 }
 
-/// A path from the crate's root; `None` for another crate.
+/// A path from the crate's root; `Scalar` for another crate.
 fn absolute(path: &str, module: &[String], submodules: &BTreeSet<Path>) -> Option<Path> {
     let mut segments: Vec<&str> = path.split("::").map(str::trim).collect();
     let mut base = module.to_vec();
@@ -154,17 +154,17 @@ fn a_cycle_through_a_list_a_re_export_or_a_third_file_is_caught() {
         cyclic(&sources)
     };
     let root = ("src/lib.rs", "mod plan;");
-    let sound = ("src/plan/clock.rs", "use super::grid::Grid;");
+    let sound = ("src/plan/time_grid.rs", "use super::grid::Grid;");
     assert_eq!(of(&[root, ("src/plan/mod.rs", "pub use grid::Grid;"), sound, ("src/plan/grid.rs", "")]).len(), 0);
     for grid in [
-        "use super::clock::Clock;",
-        "use crate::plan::{Plan, clock::Clock};",
-        "use super::{Clock, Plan};",
-        "fn f() -> crate::plan::clock::Clock {}",
-        "use super::steps::Steps;",
+        "use super::time_grid::TimeGrid;",
+        "use crate::plan::{Plan, time_grid::TimeGrid};",
+        "use super::{TimeGrid, Plan};",
+        "fn f() -> crate::plan::time_grid::TimeGrid {}",
+        "use super::step_data::Steps;",
     ] {
-        let plan = ("src/plan/mod.rs", "mod clock;\npub use clock::Clock;\npub struct Plan;");
-        let steps = ("src/plan/steps.rs", "use super::clock::Clock;");
+        let plan = ("src/plan/mod.rs", "mod time_grid;\npub use time_grid::TimeGrid;\npub struct Plan;");
+        let steps = ("src/plan/step_data.rs", "use super::time_grid::TimeGrid;");
         let found = of(&[root, plan, sound, steps, ("src/plan/grid.rs", grid)]);
         assert!(found.contains(&"plan::grid".to_owned()), "{grid}: {found:?}");
     }

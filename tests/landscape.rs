@@ -1,17 +1,17 @@
 //! The objective of an estimate: its map has the minima that the minimisation finds, and no iteration increases it.
 
 use crate::support::{case, cases};
+use bondline::adapt::adapt;
 use bondline::case::Case;
 use bondline::fit::LeastSquares;
-use bondline::march::{Precision, cpu::Cpu, extrapolated::Extrapolated};
-use bondline::pilot::pilot;
+use bondline::march::{Precision, cpu::Cpu, richardson::RichardsonMarch};
 use bondline::plan::Plan;
-use bondline::study::estimate::{Estimated, Landscape, Search, estimate};
-use bondline::study::thermocouples::{Part, Thermocouples, samples};
+use bondline::study::estimate::{Landscape, ParameterEstimates, SearchOptions, estimate};
+use bondline::study::thermocouple_residuals::{CaseResiduals, ThermocoupleResiduals, samples};
 use nalgebra::DMatrix;
 
-fn march() -> Extrapolated {
-    Extrapolated::new(Box::new(Cpu::new(Precision::F64)))
+fn march() -> RichardsonMarch {
+    RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)))
 }
 
 /// Standardised residuals of a case at points of its estimated factors, point × residual, and the standard deviations,
@@ -23,7 +23,8 @@ fn residuals(case: &Case, plan: &Plan, points: &[Vec<f64>]) -> (Vec<Vec<f64>>, V
     let observed = samples(case, plan).concat();
     let sigmas_k = observed.iter().map(|sample| sample.sigma_k).collect();
     let mut march = march();
-    let mut problem = Thermocouples::new(&mut march, vec![Part::new(case, plan, places, observed)], bounds);
+    let mut problem =
+        ThermocoupleResiduals::new(&mut march, vec![CaseResiduals::new(case, plan, places, observed)], bounds);
     let columns = points.iter().flatten().copied();
     let points = DMatrix::from_iterator(case.estimate().factors.len(), points.len(), columns);
     let found = problem.residuals(&points).expect("the processor does not fail");
@@ -35,10 +36,10 @@ fn squares(residuals: &[f64]) -> f64 {
 }
 
 /// The distinct end points of the minimisations.
-fn places(found: &Estimated, cell: &[f64]) -> Vec<Vec<f64>> {
+fn places(found: &ParameterEstimates, cell: &[f64]) -> Vec<Vec<f64>> {
     let is_near = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(cell).all(|((a, b), cell)| (a - b).abs() <= *cell);
     let mut places: Vec<Vec<f64>> = Vec::new();
-    for end in found.ends.iter().filter(|end| end.converged) {
+    for end in found.start_results.iter().filter(|end| end.converged) {
         if !places.iter().any(|place| is_near(place, &end.values)) {
             places.push(end.values.clone());
         }
@@ -60,12 +61,12 @@ fn on_a_grid(case: &Case, plan: &Plan, bounds: &[(f64, f64)]) -> Landscape {
 fn the_map_of_the_objective_has_exactly_the_minima_that_minimisations_find() {
     for id in ["twin-tc3", "kaowool-tc"] {
         let case = case(id);
-        let plan = pilot(&case).expect("the processor does not fail");
-        let search = Search { starts: 200, ..Search::of(Precision::F64) };
+        let plan = adapt(&case).expect("the processor does not fail");
+        let search = SearchOptions { starts: 200, ..SearchOptions::for_precision(Precision::F64) };
         let found = estimate(&[(&case, &plan)], &mut march(), &search).expect("an estimate");
         let bounds: Vec<(f64, f64)> = found.factors.iter().map(|factor| factor.bounds).collect();
         let cell: Vec<f64> = bounds.iter().map(|(low, high)| (high - low) / (Landscape::LINES - 1) as f64).collect();
-        let converged = found.ends.iter().filter(|end| end.converged).count();
+        let converged = found.start_results.iter().filter(|end| end.converged).count();
         assert!(converged > 190, "{id}: {converged} of 200 minimisations converged");
 
         let ends = places(&found, &cell);
@@ -98,20 +99,20 @@ fn the_map_of_the_objective_has_exactly_the_minima_that_minimisations_find() {
 #[test]
 fn no_iteration_increases_the_objective() {
     let estimated = |case: &Case| {
-        let plan = pilot(case).expect("the processor does not fail");
-        let search = Search { landscape: false, ..Search::of(Precision::F64) };
+        let plan = adapt(case).expect("the processor does not fail");
+        let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(Precision::F64) };
         let found = estimate(&[(case, &plan)], &mut march(), &search).expect("an estimate");
         (plan, found)
     };
     let mut judged = 0;
     let mut unweighted_rises = Vec::new();
-    let has_estimate = |case: &Case| !case.estimate().factors.is_empty() && case.judges().next().is_some();
+    let has_estimate = |case: &Case| !case.estimate().factors.is_empty() && case.fitted_observations().next().is_some();
     for case in cases().into_iter().filter(has_estimate) {
         let (plan, found) = estimated(&case);
-        let path: Vec<f64> = found.path.iter().map(|turn| turn.objective).collect();
+        let path: Vec<f64> = found.iterations.iter().map(|turn| turn.objective).collect();
         assert!(path.is_sorted_by(|before, after| after <= before), "{}: {path:?}", case.id());
         // The objective is the sum of squared standardised residuals of marches at the points visited.
-        let points: Vec<Vec<f64>> = found.path.iter().map(|turn| turn.values.clone()).collect();
+        let points: Vec<Vec<f64>> = found.iterations.iter().map(|turn| turn.values.clone()).collect();
         let (marched, sigmas_k) = residuals(&case, &plan, &points);
         for (objective, residuals) in path.iter().zip(&marched) {
             let marched = squares(residuals);

@@ -1,29 +1,29 @@
 //! All integration tests in one binary, so that the crate is linked once.
 
-mod asked; // sizing against closed forms, coverage studies
 mod bands; // pointwise and simultaneous bands: coverage of independent members
 mod browser; // headless Chromium; results come back through its console
-mod builder; // cases from Rust values, and their validation
+mod case_builder; // cases from Rust values, and their validation
 mod cli; // the built binary: exit codes, messages, files
 mod derivatives; // exact derivatives against differences, for every property and kind of case
 #[cfg(unix)]
 mod documentation; // README and the book: commands run, case files load
 mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
+mod factor_selection; // selection of factors to estimate, against the paper
 mod fit; // least squares against certified answers, bounds, identification
+mod flux_inversion; // inverse heat conduction: flux from a thermocouple
 mod golden; // nominal march of every shipped case against stored values
-mod history; // inverse heat conduction: flux from a thermocouple
 mod import_graph; // imports between files have no cycle
-mod instants; // sample times between output instants
+mod json_serialisation; // cases and answers as JSON, and the fingerprint of a case
 mod landscape; // maps of the objective against minimisations of it
 mod measured_schedules; // schedules of thousands of noisy rows: cost and accuracy
+mod output_instants; // sample times between output instants
 #[cfg(unix)]
 mod outputs; // columns, keys and screens against docs/reference/outputs.md
 mod posterior; // posteriors against linear intervals and profiles; prediction of unfitted sensors
-mod readings; // convergence of sensors beside plies that decompose
-mod reduction; // selection of factors to estimate, against the paper
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
-mod serialised; // cases and answers as JSON, and the fingerprint of a case
+mod sensor_convergence; // convergence of sensors beside plies that decompose
 mod session; // sessions against the command; progress, cancellation, invalid options
+mod sizing_and_coverage; // sizing against closed forms, coverage studies
 #[expect(dead_code, reason = "the tests inside the library use the rest")]
 mod support; // tolerances with their reasons, cases, devices
 mod tangents; // exact derivatives of a march against differences

@@ -1,16 +1,16 @@
 //! Measured schedules: thousands of noisy rows need hardly more steps than a smooth schedule, and are integrated as
 //! accurately as with a step per row.
 
-use crate::support::{Uniform, case, changed, device, schedule};
+use crate::support::{Uniform, case, device, modified, schedule};
+use bondline::adapt::adapt;
 use bondline::case::{Case, Face, Schedule};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
-use bondline::march::extrapolated::march_both;
 use bondline::march::gpu::Gpu;
+use bondline::march::richardson::march_extrapolated;
 use bondline::march::{March, Precision};
-use bondline::pilot::pilot;
 use bondline::plan::{Discretisation, Plan};
-use bondline::plan::{Growth, Pace};
+use bondline::plan::{StepGrowth, TimeStepControl};
 use bondline::traces::Traces;
 use std::f64::consts::TAU;
 
@@ -36,7 +36,7 @@ fn driver(case: &Case) -> &Schedule {
 }
 
 fn driven(case: &Case, schedule: Schedule) -> Case {
-    changed(case, |case| {
+    modified(case, |case| {
         case.observations.clear();
         match &mut case.exposure.hot_face {
             Face::Held(temperature_k) => *temperature_k = schedule,
@@ -46,11 +46,11 @@ fn driven(case: &Case, schedule: Schedule) -> Case {
 }
 
 fn marched(plan: &Plan, case: &Case) -> Traces {
-    march_both(&mut Cpu::new(Precision::F64), plan, &Ensemble::nominal(case.factors()), 0..1)
+    march_extrapolated(&mut Cpu::new(Precision::F64), plan, &Ensemble::nominal(case.factors()), 0..1)
         .expect("the CPU does not fail")
 }
 
-fn apart_k(one: &Traces, other: &Traces) -> f64 {
+fn max_difference_k(one: &Traces, other: &Traces) -> f64 {
     let pairs = one.temperatures_k.iter().zip(&other.temperatures_k);
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -66,26 +66,28 @@ fn noisy_schedules_take_the_work_of_smooth_ones_and_match_a_march_with_a_step_pe
         let smooth = case(id);
         let duration_s = smooth.exposure().duration_s;
         let noisy = driven(&smooth, measured(driver(&smooth), duration_s, RATE_HZ, seed));
-        let [smooth_plan, plan] = [&smooth, &noisy].map(|case| pilot(case).expect("the CPU does not fail"));
+        let [smooth_plan, plan] = [&smooth, &noisy].map(|case| adapt(case).expect("the CPU does not fail"));
         let times = work(&plan) / work(&smooth_plan);
         assert!(times < WORK, "{id}: {times:.2} times the work of the smooth schedule");
 
         let step_s = 1.0 / RATE_HZ;
-        let growth = Growth::Stated { first_step_s: step_s, share: 0.0, largest_step_s: step_s };
-        let every_row =
-            Discretisation { pace: Pace { growth, slices: Vec::new() }, ..plan.discretisation().refined(2) };
-        let every_row = plan.recut(&noisy, every_row);
+        let growth = StepGrowth::Geometric { first_step_s: step_s, share: 0.0, largest_step_s: step_s };
+        let every_row = Discretisation {
+            time_steps: TimeStepControl { growth, segments: Vec::new() },
+            ..plan.discretisation().refined(2)
+        };
+        let every_row = plan.rediscretised(&noisy, every_row);
         assert_eq!(every_row.coarse().expect("a plan has both").steps(), 20_000, "expected one step per row");
         let truth = marched(&every_row, &noisy);
         let tolerance_k = noisy.resolution().tolerance_k.expect("the case does not state cells or steps");
-        let off_k = apart_k(&marched(&plan, &noisy), &truth);
+        let off_k = max_difference_k(&marched(&plan, &noisy), &truth);
         assert!(off_k < tolerance_k, "{id}: an error of {off_k} K with a tolerance of {tolerance_k} K");
 
         // Negative control: sampling the schedule only at the ends of the steps must give a large error.
         let values = plan.times_s().iter().map(|&time_s| driver(&noisy).after(time_s)).collect::<Vec<_>>();
         let read = driven(&noisy, schedule(plan.times_s(), &values));
-        let apart_k = apart_k(&marched(&plan.driven(read.exposure()), &noisy), &truth);
-        assert!(apart_k > 2.0 * tolerance_k, "{id}: only {apart_k} K without the rows between steps");
+        let max_difference_k = max_difference_k(&marched(&plan.with_exposure(read.exposure()), &noisy), &truth);
+        assert!(max_difference_k > 2.0 * tolerance_k, "{id}: only {max_difference_k} K without the rows between steps");
     }
 }
 
@@ -94,7 +96,7 @@ fn a_million_noisy_rows_take_the_work_of_the_smooth_schedule() {
     let smooth = case("lcat-2259");
     let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure().duration_s, 5_000.0, 3));
     assert!(driver(&noisy).times_s().len() > 1_000_000);
-    let [smooth_plan, plan] = [&smooth, &noisy].map(|case| pilot(case).expect("the CPU does not fail"));
+    let [smooth_plan, plan] = [&smooth, &noisy].map(|case| adapt(case).expect("the CPU does not fail"));
     let times = work(&plan) / work(&smooth_plan);
     assert!(times < WORK, "{times:.2} times the work of the smooth schedule");
 }
@@ -105,13 +107,13 @@ fn gpu_and_cpu_march_noisy_schedules_bit_identically() {
     for id in ["lcat-2259", "lcat-2259-tc3"] {
         let smooth = case(id);
         let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure().duration_s, 100.0, 4));
-        let plan = pilot(&noisy).expect("the CPU does not fail");
+        let plan = adapt(&noisy).expect("the CPU does not fail");
         let ensemble = Ensemble::nominal(noisy.factors());
         let [on_gpu, on_cpu]: [Traces; 2] = [&mut gpu as &mut dyn March, &mut Cpu::new(Precision::F32)]
-            .map(|march| march_both(march, &plan, &ensemble, 0..1).expect("neither fails"));
+            .map(|march| march_extrapolated(march, &plan, &ensemble, 0..1).expect("neither fails"));
         assert_eq!(on_gpu.temperatures_k, on_cpu.temperatures_k, "{id}");
         assert!(
-            apart_k(&on_gpu, &marched(&pilot(&smooth).expect("a plan"), &smooth)) > 0.01,
+            max_difference_k(&on_gpu, &marched(&adapt(&smooth).expect("a plan"), &smooth)) > 0.01,
             "{id}: the noise must show"
         );
     }
@@ -121,7 +123,7 @@ fn gpu_and_cpu_march_noisy_schedules_bit_identically() {
 fn a_sensor_on_a_held_face_reads_every_row_of_its_schedule_and_its_derivatives_stay_zero() {
     let smooth = case("lcat-2259-tc3");
     let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure().duration_s, 100.0, 5));
-    let plan = pilot(&noisy).expect("the CPU does not fail");
+    let plan = adapt(&noisy).expect("the CPU does not fail");
     let face = noisy.sensors().iter().position(|sensor| sensor.name == "TC3").expect("TC3 is the driver");
     let nominal = Ensemble::nominal(noisy.factors());
     let factors: Vec<usize> = (0..noisy.factors().len()).collect();

@@ -1,7 +1,7 @@
 //! Output files against `docs/reference/outputs.md`: every column and key that a command writes is documented, and
 //! every documented name is written. Lines on the screen have at most 120 columns.
 
-use crate::cli::{CASE, Ran, charring, say};
+use crate::cli::{CASE, CommandResult, decomposing_case, run};
 use crate::support::{Scratch, root, text};
 use bondline::case::Case;
 use bondline::fit::Termination;
@@ -154,7 +154,7 @@ struct Written {
 impl Written {
     /// Run a command on cases of a folder and collect its output.
     fn run(&mut self, scratch: &Scratch, words: &str, cases: &[&str]) {
-        let ran = say(scratch, &format!("{words} --out out")).done();
+        let ran = run(scratch, &format!("{words} --out out")).succeeded();
         self.screens.push((words.to_owned(), ran.stdout.clone() + &ran.stderr));
         let load = |case: &&str| Case::load(&scratch.path().join(case)).unwrap_or_else(|error| panic!("{error}"));
         let placeholders = Placeholders::of(&cases.iter().map(load).collect::<Vec<Case>>());
@@ -185,13 +185,13 @@ impl Written {
 
     /// Run a command that prints JSON.
     fn print(&mut self, scratch: &Scratch, words: &str, file: &str) {
-        let json = say(scratch, words).done().json();
+        let json = run(scratch, words).succeeded().json();
         Placeholders(Vec::new()).paths(&json, "", self.names.entry(file.to_owned()).or_default());
     }
 
     /// Run a command for its screen.
-    fn show(&mut self, scratch: &Scratch, words: &str) -> Ran {
-        let ran = say(scratch, words).done();
+    fn show(&mut self, scratch: &Scratch, words: &str) -> CommandResult {
+        let ran = run(scratch, words).succeeded();
         self.screens.push((words.to_owned(), ran.stdout.clone() + &ran.stderr));
         ran
     }
@@ -211,10 +211,10 @@ fn written() -> &'static Written {
         scratch.write("bare/case.toml", CASE);
         scratch.write("own/case.toml", CASE.to_owned() + measured);
         scratch.write("other/case.toml", CASE.replacen("3 mm", "3.1 mm", 1) + measured);
-        scratch.write("char/case.toml", charring() + measured);
+        scratch.write("char/case.toml", decomposing_case() + measured);
         scratch.write("gas/case.toml", gas + measured);
         written.run(&scratch, "twin bare --noise 1K", &["bare"]);
-        say(&scratch, "twin bare --noise 1K --out measured.csv").done();
+        run(&scratch, "twin bare --noise 1K --out measured.csv").succeeded();
         written.run(&scratch, "predict own", &["own"]);
         written.run(&scratch, "predict cases/lcat-2259-pyrolysis", &["cases/lcat-2259-pyrolysis"]);
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);
@@ -309,7 +309,7 @@ const TERMINATIONS: [Termination; 7] = [
     Termination::Gradient,
     Termination::Reduction,
     Termination::Step,
-    Termination::OutOfPatience,
+    Termination::MaxIterations,
     Termination::Stalled,
     Termination::NotFinite,
 ];

@@ -1,21 +1,21 @@
 //! Posteriors of whole cases against linear intervals and profiles, and predictive bands against data not fitted.
 
-use crate::support::{POSTERIOR_ENDS, ROUNDING_K, case, changed};
+use crate::support::{POSTERIOR_ENDS, ROUNDING_K, case, modified};
 use bondline::case::{Case, Face, Observation};
 use bondline::ensemble::Ensemble;
 use bondline::march::{Backend, March, MarchError, Precision, cpu::Cpu};
 use bondline::plan::Plan;
-use bondline::study::estimate::{Estimated, Search, estimate};
-use bondline::study::posterior::{Band, Posterior, PosteriorError, Walkers, posterior};
+use bondline::study::estimate::{ParameterEstimates, SearchOptions, estimate};
+use bondline::study::posterior::{Posterior, PosteriorError, PredictiveBand, Walkers, posterior};
 use bondline::study::twin::{Noise, twin};
 use bondline::traces::Traces;
 use std::ops::Range;
 
-const WALKERS: Walkers = Walkers { number: 100, moves: 400, seed: 1 };
+const WALKERS: Walkers = Walkers { number: 100, iterations: 400, seed: 1 };
 
 /// A shipped case with few cells and time steps as long as the output interval.
 fn coarse(id: &str) -> Case {
-    changed(&case(id), |case| {
+    modified(&case(id), |case| {
         case.resolution.cells = 40;
         case.resolution.first_step_s = 0.5;
         case.resolution.largest_step_s = 2.0;
@@ -32,21 +32,21 @@ fn observed(case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
     let made = twin(&case, &plan, &mut Cpu::new(Precision::F64), values, 2.0, &noise).expect("synthetic data");
     let (times_s, temperatures_k) = (made.instants_s, made.measured_k[sensor].clone());
     let sigma_k = vec![2.0; times_s.len()];
-    changed(&case, |case| {
+    modified(&case, |case| {
         case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }];
         case.estimate.sensors = vec![sensor];
     })
 }
 
 /// The estimate, with these profiles.
-fn estimated(case: &Case, profiles: &[&str]) -> Estimated {
+fn estimated(case: &Case, profiles: &[&str]) -> ParameterEstimates {
     let profiles = profiles.iter().map(|&name| name.to_owned()).collect();
-    let search = Search { profiles, ..Search::of(Precision::F64) };
+    let search = SearchOptions { profiles, ..SearchOptions::for_precision(Precision::F64) };
     estimate(&[(case, &Plan::new(case))], &mut Cpu::new(Precision::F64), &search).expect("an estimate")
 }
 
 /// The estimate, with these profiles, and the posterior.
-fn drawn(case: &Case, profiles: &[&str]) -> (Estimated, Posterior) {
+fn drawn(case: &Case, profiles: &[&str]) -> (ParameterEstimates, Posterior) {
     let (plan, mut march) = (Plan::new(case), Cpu::new(Precision::F64));
     let found = estimated(case, profiles);
     let drawn = posterior(&[(case, &plan)], &mut march, &found, &WALKERS).expect("a posterior");
@@ -62,7 +62,7 @@ fn apart((low, high): (f64, f64), other: (f64, f64)) -> f64 {
 fn for_a_nearly_linear_problem_the_posterior_has_the_linear_intervals() {
     let case = observed(coarse("lcat-2259-tc3"), "TC4", &[(0, 0.95), (1, 1.01)]);
     let (found, drawn) = drawn(&case, &[]);
-    assert!(found.converged && drawn.is_settled(), "{:?}", drawn.marginals);
+    assert!(found.converged && drawn.has_converged(), "{:?}", drawn.marginals);
     for (place, marginal) in drawn.marginals.iter().enumerate() {
         let off = apart(marginal.interval, found.intervals[place]);
         assert!(off < POSTERIOR_ENDS, "{place}: {:?} for {:?}", marginal.interval, found.intervals[place]);
@@ -72,7 +72,7 @@ fn for_a_nearly_linear_problem_the_posterior_has_the_linear_intervals() {
     assert!(moved > POSTERIOR_ENDS, "a shift by 30 % of the width would pass");
     let Some(pair) = drawn.pairs.first() else { panic!("no pair") };
     assert!((pair.correlation - found.identifiability.correlation[0][1]).abs() < 0.01, "{}", pair.correlation);
-    assert!(drawn.gain < 0.5 && drawn.predicted[0].failed == 0);
+    assert!(drawn.objective_decrease < 0.5 && drawn.predicted[0].failed == 0);
     // The noise equals its stated deviation, so there is no discrepancy, and the held TC3 is certain.
     assert!(drawn.discrepancy.amplitude_k < 1.0, "{:?}", drawn.discrepancy);
     let held = &drawn.predicted[0].sensors[0].discrepancy;
@@ -96,18 +96,18 @@ fn the_posterior_ends_at_a_bound_and_the_linear_interval_does_not() {
 /// times the assumed film coefficient, other factors fit the data equally well. Each is a possible board.
 #[test]
 fn the_band_of_an_unobserved_thermocouple_contains_equally_good_models() {
-    let case = changed(&coarse("kaowool-tc"), |case| case.resolution.largest_step_s = 5.0);
+    let case = modified(&coarse("kaowool-tc"), |case| case.resolution.largest_step_s = 5.0);
     let (found, drawn) = drawn(&case, &[]);
-    let off_k = |found: &Estimated| found.fitted[0].misfits[0].1.rms_k;
+    let off_k = |found: &ParameterEstimates| found.fitted[0].misfits[0].1.rms_k;
     let unobserved = &drawn.predicted[0].sensors[1];
     let held = |low_k: &[f64], high_k: &[f64], trace_k: &[f64]| {
         let within = low_k.iter().zip(high_k).zip(trace_k).filter(|((low, high), at)| (*low..=*high).contains(at));
         within.count() as f64 / trace_k.len() as f64
     };
-    assert!(unobserved.held.is_none() && drawn.discrepancy.amplitude_k > 1.0, "{:?}", drawn.discrepancy);
+    assert!(unobserved.coverage.is_none() && drawn.discrepancy.amplitude_k > 1.0, "{:?}", drawn.discrepancy);
     let mut plain = 1.0_f64;
     for film_w_m2_k in [20.0, 40.0] {
-        let other = changed(&case, |case| {
+        let other = modified(&case, |case| {
             let Face::Open(open) = &mut case.exposure.back_face else { panic!("an open face") };
             open.film_w_m2_k = film_w_m2_k;
         });
@@ -156,7 +156,7 @@ impl March for Counting {
 fn a_posterior_reports_the_members_marched_with_tangents_and_with_differences() {
     let case = observed(coarse("lcat-2259-tc3"), "TC4", &[]);
     let (found, plan) = (estimated(&case, &[]), Plan::new(&case));
-    let walkers = Walkers { number: 10, moves: 20, seed: 1 };
+    let walkers = Walkers { number: 10, iterations: 20, seed: 1 };
     let counts = [true, false].map(|has_tangents| {
         let mut march = Counting { march: Cpu::new(Precision::F64), has_tangents, members: 0 };
         let drawn = posterior(&[(&case, &plan)], &mut march, &found, &walkers).expect("a posterior");
@@ -169,13 +169,14 @@ fn a_posterior_reports_the_members_marched_with_tangents_and_with_differences() 
 /// Two depths of a real board were measured. With the upper alone fitted, the lower tests the predictive band.
 #[test]
 fn the_band_of_a_real_board_contains_the_thermocouple_that_was_not_fitted() {
-    let case = changed(&coarse("kaowool"), |case| {
+    let case = modified(&coarse("kaowool"), |case| {
         case.resolution.largest_step_s = 5.0;
         case.estimate.sensors = vec![0];
     });
     let unobserved = &drawn(&case, &[]).1.predicted[0].sensors[1];
-    let (_, held) = unobserved.held.expect("TC2 is observed");
-    let widest_k = |band: &Band| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);
+    let (_, held) = unobserved.coverage.expect("TC2 is observed");
+    let widest_k =
+        |band: &PredictiveBand| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);
     let [by_factors_k, with_all_k] = [&unobserved.parameters, &unobserved.discrepancy].map(widest_k);
     assert!(held > 0.95, "the band contains {held}");
     assert!(with_all_k > 1.5 * by_factors_k && with_all_k < 200.0, "{by_factors_k} K and {with_all_k} K wide");
@@ -188,5 +189,5 @@ fn too_few_walkers_to_span_the_factors_are_an_error() {
     let found = estimated(&case, &[]);
     let few = Walkers { number: 4, ..WALKERS };
     let refused = posterior(&[(&case, &plan)], &mut march, &found, &few).expect_err("too few");
-    assert!(matches!(refused, PosteriorError::FewWalkers { least: 6, .. }), "{refused}");
+    assert!(matches!(refused, PosteriorError::TooFewWalkers { least: 6, .. }), "{refused}");
 }

@@ -1,7 +1,7 @@
 //! The report page in a browser.
 
 use crate::browser::{console, result};
-use crate::cli::{CASE, OBSERVED, charring, say};
+use crate::cli::{CASE, OBSERVATIONS, decomposing_case, run};
 use crate::support::{Scratch, cases, root, text};
 
 /// A phone, CSS pixels.
@@ -79,15 +79,15 @@ fn overweight(page: &str) -> Option<String> {
 
 /// The page of a study of a small case.
 fn studied(scratch: &Scratch, case: &str) -> String {
-    scratch.write("c/case.toml", case.to_owned() + OBSERVED);
-    say(scratch, "study c -n 60 --factors f_k,f_q --quiet").done();
+    scratch.write("c/case.toml", case.to_owned() + OBSERVATIONS);
+    run(scratch, "study c -n 60 --factors f_k,f_q --quiet").succeeded();
     scratch.read("out/c/study/report.html")
 }
 
 #[test]
 fn the_page_draws_every_chart_without_errors_or_requests_and_fits_a_phone() {
     let scratch = Scratch::new("page");
-    for case in [CASE, &charring()] {
+    for case in [CASE, &decomposing_case()] {
         scratch.write("page.html", studied(&scratch, case));
         for width in [DESK, PHONE] {
             assert_eq!(faults(&scratch, width), Vec::<String>::new(), "at {width} pixels of {case}");
@@ -98,13 +98,13 @@ fn the_page_draws_every_chart_without_errors_or_requests_and_fits_a_phone() {
 #[test]
 fn pages_of_sizing_flux_inversion_and_coverage_studies_are_sound() {
     let scratch = Scratch::new("pages");
-    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);
     for line in [
         "size c --ply BASE --limit TC2<480K --probability 0.9 -n 60 --out out --force --quiet",
         "history c --knots 1 --out out --force --quiet",
         "twin c --study 6 --out out --force --quiet",
     ] {
-        say(&scratch, line).done();
+        run(&scratch, line).succeeded();
         scratch.write("page.html", scratch.read("out/report.html"));
         for width in [DESK, PHONE] {
             assert_eq!(faults(&scratch, width), Vec::<String>::new(), "at {width} pixels of {line}");
@@ -143,7 +143,7 @@ fn studies_of_shipped_cases_draw_every_cited_figure_on_a_page_of_at_most_two_meg
     let mut judged = 0;
     for case in cases().into_iter().filter(|case| !case.paper_figures().is_empty()) {
         let folder = root().join("cases").join(case.id());
-        say(&scratch, &format!("study {} -n 20 --quiet --out {}", folder.display(), case.id())).done();
+        run(&scratch, &format!("study {} -n 20 --quiet --out {}", folder.display(), case.id())).succeeded();
         let page = scratch.read(&format!("{}/report.html", case.id()));
         assert_eq!(overweight(&page), None, "{}", case.id());
         for (figure, _) in case.paper_figures() {

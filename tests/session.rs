@@ -1,6 +1,6 @@
 //! Sessions against the command, bit by bit; progress, cancellation, threads, invalid options.
 
-use crate::cli::say;
+use crate::cli::run;
 use crate::support::{Scratch, adapter, case, cases, root};
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
@@ -8,7 +8,7 @@ use bondline::march::March;
 use bondline::march::cpu::Cpu;
 use bondline::report::files::OutputFolder;
 use bondline::session::{
-    CancelToken, Derivatives, EstimateOptions, FitOptions, HistoryOptions, Kind, ObservationSelection, Options,
+    BackendKind, CancelToken, Derivatives, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options,
     Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start, StudyOptions, TwinOptions,
     TwinStudyOptions, UncertaintyOptions,
 };
@@ -18,7 +18,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 fn open(case: Case) -> Session {
-    Session::open(case, &Options::default().backend(Kind::Cpu)).expect("the CPU is always available")
+    Session::open(case, &Options::default().backend(BackendKind::Cpu)).expect("the CPU is always available")
 }
 
 fn sweep(members: usize) -> UncertaintyOptions {
@@ -39,7 +39,7 @@ fn record(folder: &Path) -> Value {
 #[track_caller]
 fn same_report(session: &Session, scratch: &Scratch, words: &str) {
     let theirs = scratch.path().join("command");
-    let ran = say(scratch, &format!("{words} --backend cpu --quiet --force --out {}", theirs.display()));
+    let ran = run(scratch, &format!("{words} --backend cpu --quiet --force --out {}", theirs.display()));
     assert!(ran.code == 0 || ran.code == 1 && ran.stderr.contains("no convergence"), "{words}: {}", ran.stderr);
     let mine = scratch.path().join("session");
     let id = session.answers().expect("answers").id();
@@ -88,7 +88,7 @@ fn same_or_refused<T>(session: &Session, result: Result<T, SessionError>, scratc
             true
         }
         Err(SessionError::Input(error)) => {
-            let ran = say(scratch, &format!("{words} --backend cpu --quiet --force --out refused"));
+            let ran = run(scratch, &format!("{words} --backend cpu --quiet --force --out refused"));
             assert_eq!(ran.code, 2, "{words}: the session refuses ({error}), the command does not");
             assert!(ran.stderr.contains(&error.message), "{words}: {error}, and {}", ran.stderr);
             false
@@ -163,9 +163,9 @@ fn options_of_a_session_equal_those_of_the_command() {
     let made = session.twin(&TwinOptions { truth, noise_k: 1.0, ..TwinOptions::default() }).expect("a twin");
     let words =
         format!("twin {} --truth {}=1.05 --noise 1K --backend cpu --quiet --out made.csv", at("slab"), names[0]);
-    say(&scratch, &words).done();
+    run(&scratch, &words).succeeded();
     let csv = scratch.path().join("mine.csv");
-    bondline::report::files::measured(&csv, session.case(), &made).expect("a file");
+    bondline::report::files::write_observations(&csv, session.case(), &made).expect("a file");
     assert_eq!(scratch.read("mine.csv"), scratch.read("made.csv"));
 }
 
@@ -175,7 +175,7 @@ fn an_answer_does_not_depend_on_earlier_studies_or_on_the_number_of_threads() {
     let before = session.predict().expect("a prediction");
     session.uncertainty(&sweep(50)).expect("a sweep");
     assert_eq!(session.predict().expect("a prediction").temperatures_k, before.temperatures_k);
-    let alone = Options::default().backend(Kind::Cpu).threads(1);
+    let alone = Options::default().backend(BackendKind::Cpu).threads(1);
     let mut alone = Session::open(case("slab"), &alone).expect("the CPU is always available");
     assert_eq!(alone.predict().expect("a prediction").temperatures_k, before.temperatures_k);
     let backend = &alone.answers().expect("answers").backend;
@@ -191,7 +191,7 @@ fn stated_members_are_computed_with_their_derivatives() {
     let nominal: Vec<f64> = session.case().factors().iter().map(|factor| factor.nominal).collect();
     let rows: Vec<f64> =
         nominal.iter().chain(&nominal.iter().map(|value| 1.01 * value).collect::<Vec<_>>()).copied().collect();
-    let points = Ensemble::at(factors, rows);
+    let points = Ensemble::from_values(factors, rows);
     let traces = session.march(&points).expect("traces");
     assert_eq!((traces.members(), traces.member(0)), (2, predicted.temperatures_k.concat().as_slice()));
     assert!(traces.member(1) != traces.member(0), "members do not differ");
@@ -202,7 +202,7 @@ fn stated_members_are_computed_with_their_derivatives() {
         (4, derivatives.derivatives_k[0].concat().as_slice())
     );
 
-    let wrong = Ensemble::at(factors + 1, vec![1.0; factors + 1]);
+    let wrong = Ensemble::from_values(factors + 1, vec![1.0; factors + 1]);
     let (rows, index) = (session.march(&wrong), session.tangents(&points, &[factors]));
     assert!(matches!(rows, Err(SessionError::Input(error)) if error.option == Some("points")));
     assert!(matches!(index, Err(SessionError::Input(error)) if error.option == Some("factors")));
@@ -212,7 +212,7 @@ fn stated_members_are_computed_with_their_derivatives() {
 fn progress_increases_to_the_end_of_a_sweep() {
     let seen = Arc::new(Mutex::new(Vec::new()));
     let kept = seen.clone();
-    let options = Options::default().backend(Kind::Cpu).progress(move |progress| {
+    let options = Options::default().backend(BackendKind::Cpu).progress(move |progress| {
         kept.lock().expect("no callback panics").push((progress.expected, progress.marched));
     });
     let mut session = Session::open(case("slab"), &options).expect("the CPU is always available");
@@ -250,19 +250,19 @@ fn cancelled(options: Options) {
 
 #[test]
 fn a_cancelled_sweep_returns_its_error_and_does_not_affect_the_next_study() {
-    cancelled(Options::default().backend(Kind::Cpu));
+    cancelled(Options::default().backend(BackendKind::Cpu));
 }
 
 #[test]
 fn a_cancelled_sweep_does_not_affect_a_device() {
-    cancelled(Options::default().backend(Kind::Gpu).device(adapter().name));
+    cancelled(Options::default().backend(BackendKind::Gpu).device(adapter().name));
 }
 
 /// Options of one thread whose token is cancelled at the `report`-th progress report, from one; and the reports.
 fn cancelled_at(report: usize) -> (Options, CancelToken, Arc<Mutex<Vec<Progress>>>) {
     let (cancel, seen) = (CancelToken::new(), Arc::new(Mutex::new(Vec::new())));
     let (token, kept) = (cancel.clone(), seen.clone());
-    let options = Options::default().backend(Kind::Cpu).threads(1).cancel(&cancel).progress(move |progress| {
+    let options = Options::default().backend(BackendKind::Cpu).threads(1).cancel(&cancel).progress(move |progress| {
         let mut seen = kept.lock().expect("no callback panics");
         seen.push(progress);
         if seen.len() == report {
@@ -321,8 +321,8 @@ fn an_error_names_the_invalid_option() {
     assert_eq!(refused(Options::default().tolerance_k(-1.0)), Some("tolerance_k"));
     assert_eq!(refused(Options::default().tolerance_k(f64::NAN)), Some("tolerance_k"));
     assert_eq!(refused(Options::default().threads(0)), Some("threads"));
-    assert_eq!(refused(Options::default().backend(Kind::Cpu).device("H200")), Some("device"));
-    let device = Options::default().backend(Kind::Gpu).device("Voodoo2");
+    assert_eq!(refused(Options::default().backend(BackendKind::Cpu).device("H200")), Some("device"));
+    let device = Options::default().backend(BackendKind::Gpu).device("Voodoo2");
     assert!(matches!(Session::open(case("slab"), &device), Err(SessionError::March(_))));
 
     let mut session = open(case("slab"));
@@ -347,10 +347,10 @@ fn an_error_names_the_invalid_option() {
 
 #[test]
 fn the_tolerance_of_a_session_overrides_that_of_the_case() {
-    let finer = Options::default().backend(Kind::Cpu).tolerance_k(0.01);
+    let finer = Options::default().backend(BackendKind::Cpu).tolerance_k(0.01);
     let finer = Session::open(case("slab"), &finer).expect("the CPU is always available");
     let default = open(case("slab"));
-    let reached = finer.plan().reached().expect("an adapted plan");
+    let reached = finer.plan().error_estimate().expect("an adapted plan");
     assert_eq!(reached.tolerance_k, 0.01);
     assert!(reached.nominal_k <= 0.01, "{reached:?}");
     let work = |session: &Session| session.plan().cells() * session.plan().steps();

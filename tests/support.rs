@@ -19,7 +19,7 @@ pub(crate) const DOUBLE_K: f64 = 1e-6;
 pub(crate) const BALANCE: f64 = 2e-4;
 /// The same for members that decompose with factors anywhere within their bounds: the conversion within a step is
 /// second order, and steps of 0.5 s are long at three times the nominal heat of reaction.
-pub(crate) const BALANCE_FAR: f64 = 1e-2;
+pub(crate) const BALANCE_LARGE_BOUNDS: f64 = 1e-2;
 /// Residual of the mass balance in double precision, relative to the mass transferred: rounding of a few thousand
 /// steps, with a margin.
 pub(crate) const MASS: f64 = 1e-8;
@@ -27,7 +27,7 @@ pub(crate) const MASS: f64 = 1e-8;
 pub(crate) const MASS_SINGLE: f64 = 1e-5;
 /// Effect of reactions that are skipped while their conversion is below 1e-9 of the reactant, K: ten times the
 /// temperature change of that heat of reaction at 1e6 J/kg and 1e3 J/kg/K.
-pub(crate) const IDLE_K: f64 = 1e-5;
+pub(crate) const SKIPPED_REACTION_K: f64 = 1e-5;
 /// Equality or order of temperatures but for rounding in double precision, K: 10,000 times the spacing of doubles at
 /// 1,000 K.
 pub(crate) const ROUNDING_K: f64 = 1e-9;
@@ -35,16 +35,16 @@ pub(crate) const ROUNDING_K: f64 = 1e-9;
 /// Exact derivatives against differences with a step of 1e-5, relative to the largest derivative by the same factor.
 /// If a cell passes a table node or the onset of a reaction between the two points, the difference is off by up to a
 /// sixth of this.
-pub(crate) const CORNER_DERIVATIVE: f64 = 1e-3;
+pub(crate) const DERIVATIVE_AT_TABLE_NODE: f64 = 1e-3;
 /// Derivative below which a factor counts as without effect, K per unit of the factor.
-pub(crate) const FELT_K: f64 = 1e-2;
+pub(crate) const MIN_DERIVATIVE_K: f64 = 1e-2;
 /// Error of an estimate from data without noise: the size of the last step of a fit.
-pub(crate) const FOUND: f64 = 1e-6;
+pub(crate) const NOISE_FREE_ESTIMATE: f64 = 1e-6;
 
 /// Error of a recovered flux relative to the largest true flux, and of its time integral relative to the true one:
 /// required of an inversion from one thermocouple with 1 K noise.
-pub(crate) const HISTORY: f64 = 0.05;
-pub(crate) const HISTORY_FLUENCE: f64 = 0.02;
+pub(crate) const FLUX_ERROR: f64 = 0.05;
+pub(crate) const FLUENCE_ERROR: f64 = 0.02;
 
 /// Ends of a posterior interval against the linear one, in widths of the interval. The 2.5 % quantile of 2,000 draws
 /// has a standard error of 0.015 widths; three of these, and as much for nonlinearity.
@@ -52,7 +52,7 @@ pub(crate) const POSTERIOR_ENDS: f64 = 0.1;
 
 /// Difference from temperatures computed by PATO, K (rms). Its 100 cells and first-order implicit steps leave 1.08 K at
 /// the best fit of a converged march; half of that is the margin for another march.
-pub(crate) const ANOTHER_CODE_K: f64 = 1.5;
+pub(crate) const PATO_K: f64 = 1.5;
 
 /// A factor at an optimum against SciPy on the same data: both stop at rounding of the objective, worth a millionth.
 pub(crate) const SCIPY_OPTIMUM: f64 = 5e-6;
@@ -72,14 +72,14 @@ pub(crate) const PROFILE_ENDS: f64 = 0.03;
 
 /// Coverage of a 95 % band by independent members. The standard error of 3,000 members for the band and of 2,000 that
 /// are counted is 0.6 %; three of these.
-pub(crate) const BAND_SHARE: f64 = 0.02;
+pub(crate) const BAND_COVERAGE_95: f64 = 0.02;
 /// Coverage of a 50 % band, whose standard error is 1.4 %.
-pub(crate) const HALF_SHARE: f64 = 0.045;
+pub(crate) const BAND_COVERAGE_50: f64 = 0.045;
 /// Coverage of 80 to 95 % of 500 members against 2,000 others, whose standard error is 2 %.
-pub(crate) const KEPT_SHARE: f64 = 0.06;
+pub(crate) const STORED_COVERAGE: f64 = 0.06;
 
 /// Sum of the parts of a variance against the whole: each part is corrected for sampling error and not below zero.
-pub(crate) const INDEX: f64 = 2e-3;
+pub(crate) const SOBOL_SUM: f64 = 2e-3;
 
 /// Address space of a sweep with two threads, KiB, independent of the number of members: twice the need of program,
 /// stacks and report, as a margin for machines whose libraries need more.
@@ -87,7 +87,7 @@ pub(crate) const MEMORY_KIB: usize = 256 * 1024;
 
 /// Iterations after which the software rasteriser ends every loop of an invocation without an error (LLVM's `gallivm`,
 /// `LP_MAX_TGSI_LOOP_ITERATIONS` = 65,535).
-pub(crate) const LOOPS_ENDED: u32 = 65_535;
+pub(crate) const LAVAPIPE_LOOP_LIMIT: u32 = 65_535;
 
 /// Uniform buffers of a kernel in addition to that of a dispatch. While it compiles, the software rasteriser (Mesa
 /// 22.3) has room for the words of four on which conditions depend, the first of them its own; a fifth is written out
@@ -142,16 +142,16 @@ fn load(path: &str) -> Case {
 
 /// The main shipped case with few cells and long steps, for properties that hold at any resolution.
 pub(crate) fn coarse() -> Case {
-    changed(&case("lcat-2259"), |case| {
+    modified(&case("lcat-2259"), |case| {
         case.resolution.cells = 40;
         case.resolution.growth = 0.2;
         case.resolution.largest_step_s = 2.0;
-        case.resolution.every_s = 2.0;
+        case.resolution.output_interval_s = 2.0;
     })
 }
 
 /// A case with changes, which must be valid.
-pub(crate) fn changed(case: &Case, change: impl FnOnce(&mut CaseBuilder)) -> Case {
+pub(crate) fn modified(case: &Case, change: impl FnOnce(&mut CaseBuilder)) -> Case {
     let mut builder = case.to_builder();
     change(&mut builder);
     builder.build().unwrap_or_else(|error| panic!("{}: {error}", case.id()))
@@ -166,18 +166,18 @@ pub(crate) fn schedule(times_s: &[f64], values: &[f64]) -> Schedule {
 pub(crate) fn with_factor(case: &Case, group: &str, property: Property) -> Case {
     let (name, group) = (format!("f_more_{}", case.factors().len()), group.to_owned());
     let (small, large) = ((0.75, 1.25), (0.5, 1.5));
-    changed(case, |case| {
+    modified(case, |case| {
         case.factors.push(Factor { name, group, property, state: None, nominal: 1.0, small, large });
     })
 }
 
 /// The nominal member, and members sampled uniformly between the large bounds.
-pub(crate) fn drawn(case: &Case, members: usize) -> Ensemble {
+pub(crate) fn nominal_and_random(case: &Case, members: usize) -> Ensemble {
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
     let sample = Ensemble::sample(case.factors(), Bounds::Large, &sampling, members);
     let mut rows: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
     (0..members).for_each(|member| rows.extend(sample.member(member)));
-    Ensemble::at(case.factors().len(), rows)
+    Ensemble::from_values(case.factors().len(), rows)
 }
 
 /// The software rasteriser, which gives the same results on every machine. Panics if it is not installed.
@@ -262,7 +262,7 @@ impl Drop for Scratch {
 }
 
 /// All numbers of traces: temperatures, gauges, heats, masses and extremes.
-pub(crate) fn numbers(traces: &Traces) -> Vec<f64> {
+pub(crate) fn all_numbers(traces: &Traces) -> Vec<f64> {
     let heats = traces.balances.iter().flat_map(|b| {
         let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
         let masses = [b.solid_lost_kg_m2, b.gas_in_kg_m2, b.gas_out_kg_m2, b.gas_stored_kg_m2];
@@ -274,16 +274,16 @@ pub(crate) fn numbers(traces: &Traces) -> Vec<f64> {
 }
 
 /// Count of numbers that are not bit-identical, and of members whose status differs.
-pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
-    let (a, b) = (numbers(one), numbers(other));
-    let arrivals = one.arrivals.iter().zip(&other.arrivals).filter(|(a, b)| a != b).count();
-    let odd = a.len().abs_diff(b.len()) + one.arrivals.len().abs_diff(other.arrivals.len());
+pub(crate) fn count_differences(one: &Traces, other: &Traces) -> usize {
+    let (a, b) = (all_numbers(one), all_numbers(other));
+    let arrivals = one.statuses.iter().zip(&other.statuses).filter(|(a, b)| a != b).count();
+    let odd = a.len().abs_diff(b.len()) + one.statuses.len().abs_diff(other.statuses.len());
     odd + arrivals + a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
 }
 
 /// Largest temperature difference, K; infinite if the status of a member differs or a number is NaN.
-pub(crate) fn apart_k(one: &Traces, other: &Traces) -> f64 {
-    if one.arrivals != other.arrivals || one.temperatures_k.len() != other.temperatures_k.len() {
+pub(crate) fn max_difference_k(one: &Traces, other: &Traces) -> f64 {
+    if one.statuses != other.statuses || one.temperatures_k.len() != other.temperatures_k.len() {
         return f64::INFINITY;
     }
     let pairs = one.temperatures_k.iter().zip(&other.temperatures_k).map(|(a, b)| (a - b).abs());

@@ -1,15 +1,15 @@
 //! Tangents computed by a march, against finite differences of temperatures.
 
-use crate::support::{adapter, case, cases, changed, numbers};
+use crate::support::{adapter, all_numbers, case, cases, modified};
 use bondline::ensemble::Ensemble;
-use bondline::march::cpu::{Cpu, Reference};
-use bondline::march::extrapolated::Extrapolated;
+use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
+use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, MarchError, Precision};
 use bondline::plan::Plan;
-use bondline::traces::{Arrival, Traces};
-use bondline::verify::twins::{DERIVATIVE, SINGLE_DERIVATIVE, derivatives};
+use bondline::traces::{MemberStatus, Traces};
+use bondline::verify::cross_backend::{SINGLE_TANGENT_TOLERANCE, TANGENT_TOLERANCE, tangent_error};
 use std::ops::Range;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
@@ -22,7 +22,7 @@ fn point(case: &bondline::Case) -> Vec<f64> {
 /// temperature meets a table node within rounding, where the derivative is discontinuous. With 40 or 44 cells they
 /// pass.
 fn plan(case: &bondline::Case) -> Plan {
-    Plan::new(&changed(case, |case| case.resolution.cells = case.resolution.cells.min(44)))
+    Plan::new(&modified(case, |case| case.resolution.cells = case.resolution.cells.min(44)))
 }
 
 /// Devices opened once, so that every test uses the same compiled kernels.
@@ -45,20 +45,20 @@ fn tangents(march: &mut dyn March, plan: &Plan, points: &Ensemble, factors: &[us
 /// Number of differing values and statuses; zeros of either sign are equal, because a dual number adds zeros that a
 /// kernel omits.
 fn differing(one: &Traces, other: &Traces) -> usize {
-    let (a, b) = (numbers(one), numbers(other));
-    let arrivals = usize::from(one.arrivals != other.arrivals);
+    let (a, b) = (all_numbers(one), all_numbers(other));
+    let arrivals = usize::from(one.statuses != other.statuses);
     arrivals + a.len().abs_diff(b.len()) + a.iter().zip(&b).filter(|(a, b)| a != b).count()
 }
 
 fn off(march: &mut dyn March, case: &bondline::Case) -> f64 {
-    derivatives(march, &mut Cpu::new(Precision::F64), &plan(case), &point(case)).expect("the processor marches")
+    tangent_error(march, &mut Cpu::new(Precision::F64), &plan(case), &point(case)).expect("the processor marches")
 }
 
 #[test]
 fn tangents_of_every_case_equal_differences_to_a_millionth() {
     for case in cases().iter().filter(|case| !case.factors().is_empty()) {
         let off = off(&mut Cpu::new(Precision::F64), case);
-        assert!(off <= DERIVATIVE, "{}: {off:e}", case.id());
+        assert!(off <= TANGENT_TOLERANCE, "{}: {off:e}", case.id());
     }
 }
 
@@ -66,7 +66,7 @@ fn tangents_of_every_case_equal_differences_to_a_millionth() {
 fn tangents_in_single_precision_equal_differences_in_double_to_a_hundred_thousandth() {
     for case in cases().iter().filter(|case| !case.factors().is_empty()) {
         let off = off(&mut Cpu::new(Precision::F32), case);
-        assert!(off <= SINGLE_DERIVATIVE, "{}: {off:e}", case.id());
+        assert!(off <= SINGLE_TANGENT_TOLERANCE, "{}: {off:e}", case.id());
     }
 }
 
@@ -74,12 +74,13 @@ fn tangents_in_single_precision_equal_differences_in_double_to_a_hundred_thousan
 fn one_direction_at_a_time_equals_a_vector_of_directions() {
     let case = case("lcat-2259-pyrolysis");
     let (plan, factors) = (plan(&case), (0..case.factors().len()).collect::<Vec<_>>());
-    let points = Ensemble::at(factors.len(), [point(&case), point(&case).iter().map(|x| 1.01 * x).collect()].concat());
+    let points =
+        Ensemble::from_values(factors.len(), [point(&case), point(&case).iter().map(|x| 1.01 * x).collect()].concat());
     let of = |march: &mut dyn March| tangents(march, &plan, &points, &factors);
-    let (together, alone) = (of(&mut Cpu::new(Precision::F64)), of(&mut Reference(Precision::F64)));
+    let (together, alone) = (of(&mut Cpu::new(Precision::F64)), of(&mut ScalarReference(Precision::F64)));
     assert_eq!(together.members(), 2 * (1 + factors.len()));
     assert_eq!(together.temperatures_k, alone.temperatures_k);
-    assert_eq!(together.arrivals, alone.arrivals);
+    assert_eq!(together.statuses, alone.statuses);
     let marched = Cpu::new(Precision::F64).march(&plan, &points, 0..2).expect("it marches");
     assert_eq!(together.member(1 + factors.len()), marched.member(1), "the primal member equals an ordinary march");
 }
@@ -87,9 +88,9 @@ fn one_direction_at_a_time_equals_a_vector_of_directions() {
 #[test]
 fn extrapolated_temperatures_have_extrapolated_tangents() {
     let case = case("lcat-2259");
-    let march = || Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
-    let off = derivatives(&mut march(), &mut march(), &plan(&case), &point(&case)).expect("the processor marches");
-    assert!(off <= DERIVATIVE, "{off:e}");
+    let march = || RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
+    let off = tangent_error(&mut march(), &mut march(), &plan(&case), &point(&case)).expect("the processor marches");
+    assert!(off <= TANGENT_TOLERANCE, "{off:e}");
 }
 
 /// A faulty march: its tangents belong to a factor this many places earlier, or are missing.
@@ -120,8 +121,8 @@ impl March for Faulty {
 fn tangents_of_another_factor_and_missing_tangents_are_caught() {
     let case = case("lcat-2259");
     let faulty = |places| off(&mut Faulty { march: Box::new(Cpu::new(Precision::F64)), places }, &case);
-    assert!(faulty(Some(0)) <= DERIVATIVE);
-    assert!(faulty(Some(1)) > 1e3 * DERIVATIVE);
+    assert!(faulty(Some(0)) <= TANGENT_TOLERANCE);
+    assert!(faulty(Some(1)) > 1e3 * TANGENT_TOLERANCE);
     assert_eq!(faulty(None), f64::INFINITY);
 }
 
@@ -131,22 +132,22 @@ fn tangents_of_a_diverged_member_have_its_status() {
     let mut far = point(&case);
     far[0] = 1e-6;
     far.iter_mut().skip(1).for_each(|factor| *factor *= 1e-9);
-    let points = Ensemble::at(far.len(), [point(&case), far].concat());
+    let points = Ensemble::from_values(far.len(), [point(&case), far].concat());
     let on_cpu = tangents(&mut Cpu::new(Precision::F64), &plan(&case), &points, &[0, 1]);
     let on_device = tangents(&mut *locked(&SINGLE), &plan(&case), &points, &[0, 1]);
     for traces in [on_cpu, on_device] {
-        assert!(traces.arrivals[..3].iter().all(|arrival| *arrival == Arrival::Done));
-        assert!(traces.arrivals[3] != Arrival::Done);
-        assert!(traces.arrivals[3..].iter().all(|arrival| *arrival == traces.arrivals[3]));
+        assert!(traces.statuses[..3].iter().all(|arrival| *arrival == MemberStatus::Completed));
+        assert!(traces.statuses[3] != MemberStatus::Completed);
+        assert!(traces.statuses[3..].iter().all(|arrival| *arrival == traces.statuses[3]));
     }
 }
 
 /// Number of values that differ between a device and the CPU of the same precision, and the number of all values.
 fn apart(gpu: &mut Gpu, precision: Precision, case: &bondline::Case) -> (usize, usize) {
     let (plan, factors) = (plan(case), (0..case.factors().len()).collect::<Vec<_>>());
-    let points = Ensemble::at(factors.len(), point(case));
+    let points = Ensemble::from_values(factors.len(), point(case));
     let here = tangents(&mut Cpu::new(precision), &plan, &points, &factors);
-    (differing(&tangents(gpu, &plan, &points, &factors), &here), numbers(&here).len())
+    (differing(&tangents(gpu, &plan, &points, &factors), &here), all_numbers(&here).len())
 }
 
 #[test]
@@ -168,14 +169,14 @@ fn tangents_in_double_precision_are_bit_identical_on_device_and_cpu() {
 fn tangents_on_the_device_equal_differences() {
     let case = case("lcat-2259");
     let (single, double) = (off(&mut *locked(&SINGLE), &case), off(&mut *locked(&DOUBLE), &case));
-    assert!(single <= SINGLE_DERIVATIVE, "{single:e} in f32");
-    assert!(double <= DERIVATIVE, "{double:e} in f64");
+    assert!(single <= SINGLE_TANGENT_TOLERANCE, "{single:e} in f32");
+    assert!(double <= TANGENT_TOLERANCE, "{double:e} in f64");
     let gpu = open(Precision::F32, true).into_inner().unwrap_or_else(PoisonError::into_inner);
     let mut faulty = Faulty { march: Box::new(gpu), places: Some(0) };
     let checked = off(&mut faulty, &case);
-    assert!(checked <= SINGLE_DERIVATIVE, "{checked:e} with the runtime's checks on");
+    assert!(checked <= SINGLE_TANGENT_TOLERANCE, "{checked:e} with the runtime's checks on");
     faulty.places = Some(1);
-    assert!(off(&mut faulty, &case) > 1e3 * SINGLE_DERIVATIVE, "tangents of another factor passed");
+    assert!(off(&mut faulty, &case) > 1e3 * SINGLE_TANGENT_TOLERANCE, "tangents of another factor passed");
 }
 
 #[test]
@@ -185,7 +186,7 @@ fn more_points_than_the_device_capacity_keep_their_order() {
     let mut gpu = locked(&SINGLE);
     let points = gpu.capacity(&plan) / factors.len() + 2;
     let rows = (0..points).flat_map(|i| point(&case).into_iter().map(move |x| x * (1.0 + 1e-4 * i as f64)));
-    let ensemble = Ensemble::at(factors.len(), rows.collect());
+    let ensemble = Ensemble::from_values(factors.len(), rows.collect());
     let on_cpu = tangents(&mut Cpu::new(Precision::F32), &plan, &ensemble, &factors);
     assert_eq!(differing(&tangents(&mut *gpu, &plan, &ensemble, &factors), &on_cpu), 0);
     let members = tangents(&mut Cpu::new(Precision::F32), &plan, &ensemble, &[]);

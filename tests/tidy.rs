@@ -9,19 +9,19 @@ use std::fs;
 const IMPORTS: &[(&str, &[&str])] = &[
     ("case", &[]),
     ("traces", &[]),
-    ("chance", &[]),
-    ("fit", &["chance"]),
-    ("ensemble", &["case", "chance"]),
+    ("random", &[]),
+    ("fit", &["random"]),
+    ("ensemble", &["case", "random"]),
     // A plan states errors of gauges, whose names are in `traces`.
     ("plan", &["case", "traces"]),
     ("physics", &["plan"]),
     ("march", &["plan", "ensemble", "traces", "physics"]),
-    ("study", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
+    ("study", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Records name the backend, the precision and the loss function.
     ("report", &["case", "traces", "study", "march", "fit"]),
-    ("session", &["case", "plan", "pilot", "ensemble", "traces", "march", "fit", "study", "report"]),
-    ("pilot", &["case", "plan", "ensemble", "traces", "march"]),
-    ("verify", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
+    ("session", &["case", "plan", "adapt", "ensemble", "traces", "march", "fit", "study", "report"]),
+    ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
+    ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Part of the binary, not of the library.
     ("command", &[]),
 ];
@@ -32,7 +32,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
     ("simdeez", &["src/physics/lanes", "src/march/cpu.rs"]),
-    ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/session/", "src/command/devices.rs"]),
+    ("rayon", &["src/adapt.rs", "src/march/cpu.rs", "src/study/statistics", "src/session/", "src/command/devices.rs"]),
     (
         "serde",
         &["src/report/", "src/case/", "src/fit/", "src/march/mod.rs", "src/plan/mod.rs", "src/study/", "src/traces.rs"],
@@ -45,10 +45,10 @@ const HOMES: &[(&str, &[&str])] = &[
     ("anyhow", &["src/command/exit.rs", "src/main.rs"]),
     ("indicatif", &["src/command/progress.rs"]),
     ("nalgebra", &["src/fit/", "src/study/", "src/verify/least_squares/"]),
-    ("rand_chacha", &["src/chance.rs"]),
+    ("rand_chacha", &["src/random.rs"]),
     ("sobol_burley", &["src/ensemble/"]),
     ("toml", &["src/case/file/"]),
-    ("csv", &["src/case/file/sheet", "src/report/files/"]),
+    ("csv", &["src/case/file/table_file", "src/report/files/"]),
     ("parquet", &["src/report/files/"]),
     ("plotters", &["src/report/svg/"]),
     ("textplots", &["src/report/materials/"]),
@@ -78,7 +78,7 @@ impl Source {
         Self { path: path.to_owned(), text: lines.join("\n") }
     }
 
-    /// The module of the library; `None` for the binary and the root.
+    /// The module of the library; `Scalar` for the binary and the root.
     fn module(&self) -> Option<&str> {
         let (name, inner) = self.path.strip_prefix("src/")?.split_once(['/', '.'])?;
         let is_module = inner != "rs" || IMPORTS.iter().any(|(known, _)| *known == name);
@@ -229,7 +229,7 @@ fn unsafe_blocks(sources: &[Source]) -> Vec<String> {
 fn unsafe_code_is_only_in_device_code_and_vector_loads() {
     assert_eq!(
         unsafe_blocks(&sources()),
-        ["src/march/gpu/cache.rs", "src/march/gpu/device.rs", "src/physics/lanes/abreast.rs"]
+        ["src/march/gpu/cache.rs", "src/march/gpu/device.rs", "src/physics/lanes/simd_tables.rs"]
     );
     for spoiled in ["unsafe fn f() {}", "fn g() { unsafe { f() } }"] {
         assert_eq!(unsafe_blocks(&[Source::new("src/a.rs", spoiled)]), ["src/a.rs"]);

@@ -4,7 +4,7 @@ use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::device::{self, Device};
-use bondline::march::gpu::{Gpu, LANES};
+use bondline::march::gpu::{COOPERATIVE_THREADS, Gpu};
 use bondline::march::{Backend, March, MarchError, Precision};
 use bondline::plan::Plan;
 use bondline::traces::Traces;
@@ -26,7 +26,7 @@ pub(crate) fn case_with(id: &str, sets: &[(String, String)]) -> Case {
 /// A backend under test.
 pub(crate) struct BenchBackend {
     name: String,
-    /// CPU threads; `None` for a hardware device.
+    /// CPU threads; `Scalar` for a hardware device.
     pub threads: Option<usize>,
     pub precision: Precision,
     pub march: Timed,
@@ -67,7 +67,7 @@ pub(crate) fn gpu_backends(workgroups: Option<bool>) -> Vec<BenchBackend> {
     precisions
         .map(|precision| open(precision).unwrap_or_else(|error| panic!("{error}")))
         .map(|gpu| match workgroups {
-            Some(of) => gpu.with_lanes(if of { LANES } else { 1 }),
+            Some(of) => gpu.with_threads_per_member(if of { COOPERATIVE_THREADS } else { 1 }),
             None => gpu,
         })
         .map(|gpu| BenchBackend::new(&name, threads, gpu))

@@ -7,7 +7,7 @@ use bondline::plan::layout::NO_INSTANT;
 
 /// The coarse march for extrapolation, of which a third of the difference is subtracted.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Second {
+pub(crate) enum CoarseMarch {
     /// No extrapolation.
     None,
     /// Half the cells, the same steps: cancels errors in space.
@@ -18,55 +18,55 @@ pub(crate) enum Second {
 
 /// Whether the coarse march has half the cells, or the same, which leaves the errors in time only.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Space {
+pub(crate) enum CoarseCells {
     Halved,
-    Held,
+    Same,
 }
 
 pub(crate) struct Candidate {
     pub method: Method,
-    pub second: Second,
+    pub coarse: CoarseMarch,
     /// Convergence order in time.
     pub order: f64,
 }
 
 impl Candidate {
-    pub(crate) fn title(&self, space: Space) -> String {
+    pub(crate) fn title(&self, space: CoarseCells) -> String {
         let name = self.method.name();
-        match (self.second, space) {
-            (Second::None, _) | (Second::SameSteps, Space::Held) => name,
-            (Second::HalfSteps, Space::Held) => format!("{name}, half the steps"),
-            (Second::SameSteps, Space::Halved) => format!("{name}, half the cells"),
-            (Second::HalfSteps, Space::Halved) => format!("{name}, half of both"),
+        match (self.coarse, space) {
+            (CoarseMarch::None, _) | (CoarseMarch::SameSteps, CoarseCells::Same) => name,
+            (CoarseMarch::HalfSteps, CoarseCells::Same) => format!("{name}, half the steps"),
+            (CoarseMarch::SameSteps, CoarseCells::Halved) => format!("{name}, half the cells"),
+            (CoarseMarch::HalfSteps, CoarseCells::Halved) => format!("{name}, half of both"),
         }
     }
 
     /// Whether the candidate differs from the same method without extrapolation.
-    pub(crate) fn differs(&self, space: Space) -> bool {
-        self.method != Method::Pair || self.second != Second::SameSteps || space == Space::Halved
+    pub(crate) fn differs(&self, space: CoarseCells) -> bool {
+        self.method != Method::Ros2 || self.coarse != CoarseMarch::SameSteps || space == CoarseCells::Halved
     }
 
     /// Readings of a member, sensor × instant, K.
-    pub(crate) fn readings(&self, plan: &Plan, space: Space, columns: &[f64]) -> Vec<f64> {
+    pub(crate) fn readings(&self, plan: &Plan, space: CoarseCells, columns: &[f64]) -> Vec<f64> {
         let fine = readings(self.method, plan, plan, columns);
-        let Some((cells, steps)) = self.second(plan, space) else { return fine };
+        let Some((cells, steps)) = self.coarse_plans(plan, space) else { return fine };
         let coarse = readings(self.method, cells, steps, columns);
         fine.iter().zip(coarse).map(|(fine, coarse)| fine + (fine - coarse) / 3.0).collect()
     }
 
     /// Cell-steps per member.
-    pub(crate) fn work(&self, plan: &Plan, space: Space) -> f64 {
-        let second = self.second(plan, space).map_or(0, |(cells, steps)| cells.cells() * steps.steps());
+    pub(crate) fn work(&self, plan: &Plan, space: CoarseCells) -> f64 {
+        let second = self.coarse_plans(plan, space).map_or(0, |(cells, steps)| cells.cells() * steps.steps());
         (plan.cells() * plan.steps() + second) as f64
     }
 
     /// The plans that give the cells and the steps of the coarse march.
-    fn second<'a>(&self, plan: &'a Plan, space: Space) -> Option<(&'a Plan, &'a Plan)> {
+    fn coarse_plans<'a>(&self, plan: &'a Plan, space: CoarseCells) -> Option<(&'a Plan, &'a Plan)> {
         let coarse = plan.coarse().expect("a plan with a discretisation has a coarse one");
-        let cells = if space == Space::Held { plan } else { coarse };
-        match self.second {
-            Second::HalfSteps => Some((cells, coarse)),
-            Second::SameSteps if space == Space::Halved => Some((cells, plan)),
+        let cells = if space == CoarseCells::Same { plan } else { coarse };
+        match self.coarse {
+            CoarseMarch::HalfSteps => Some((cells, coarse)),
+            CoarseMarch::SameSteps if space == CoarseCells::Halved => Some((cells, plan)),
             _ => None,
         }
     }
@@ -83,8 +83,8 @@ pub(crate) fn readings(method: Method, cells: &Plan, steps: &Plan, columns: &[f6
         }
     });
     let Some(readout) = steps.readout() else { return records.concat() };
-    let mut readings = Vec::with_capacity(sensors * readout.instants());
-    records.iter().for_each(|records| readout.read(records, &mut readings));
+    let mut readings = Vec::with_capacity(sensors * readout.instant_count());
+    records.iter().for_each(|records| readout.interpolate(records, &mut readings));
     readings
 }
 

@@ -5,17 +5,18 @@
 //! the back face is insulated.
 
 use bondline::physics::Real;
-use bondline::physics::faces::{FaceFlux, FaceScale, STEFAN_BOLTZMANN, face_flux, face_scale};
 use bondline::physics::material::{
-    Parts, PlyScale, conductance_across, conductance_within, flux_slopes, gain_across, ply_scale, solid, state_scale,
+    ConductivityParts, PlyScale, conductance_across, conductance_slope_across, conductance_within, flux_slopes,
+    ply_scale, solid_properties, state_scale,
 };
-use bondline::physics::table::{segment, spot};
+use bondline::physics::surface_flux::{FaceScale, STEFAN_BOLTZMANN, SurfaceFlux, face_scale, surface_flux};
+use bondline::physics::table::{table_index, table_segment};
 use bondline::plan::Plan;
-use bondline::plan::layout::{Drive, FACE_COLUMNS, TABLE_STEP_K};
+use bondline::plan::layout::{BoundaryForcing, FACE_COLUMNS, TABLE_STEP_K};
 
 pub(crate) struct Layup<'a, R> {
     plan: &'a Plan,
-    plies: Vec<(PlyScale<R>, Parts<R>)>,
+    plies: Vec<(PlyScale<R>, ConductivityParts<R>)>,
     contacts_m2_k_w: Vec<R>,
     hot: FaceScale<R>,
     /// The ply of each cell.
@@ -35,12 +36,12 @@ pub(crate) struct Evaluation<R> {
     /// Derivative of the flux below a cell by its own temperature, and minus that by the temperature of the next.
     pub by_upper: Vec<R>,
     pub by_lower: Vec<R>,
-    pub hot: FaceFlux<R>,
+    pub hot: SurfaceFlux<R>,
 }
 
 /// Derivatives that an evaluation computes.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Slopes {
+pub(crate) enum Derivatives {
     None,
     /// Derivatives of the fluxes as in the march: smooth, without that of the emissivity, never negative.
     Fluxes,
@@ -50,7 +51,7 @@ pub(crate) enum Slopes {
 
 impl<R: Real> Evaluation<R> {
     pub(crate) fn new(cells: usize) -> Self {
-        let zero = R::constant(0.0);
+        let zero = R::from_f64(0.0);
         let none = || vec![zero; cells];
         Self {
             conductivities: none(),
@@ -61,12 +62,12 @@ impl<R: Real> Evaluation<R> {
             net: none(),
             by_upper: none(),
             by_lower: none(),
-            hot: FaceFlux { flux: zero, slope: zero },
+            hot: SurfaceFlux { flux: zero, slope: zero },
         }
     }
 }
 
-impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
+impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     /// On the cells of a plan, scaled by a member's factor columns; column 0 is one.
     #[inline(always)]
     pub(crate) fn new(plan: &'a Plan, column: impl Fn(u32) -> R + Copy) -> Self {
@@ -74,14 +75,17 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         let ply = |(ply, &bulk)| {
             let ply: &bondline::plan::layout::Ply<u32> = ply;
             let state = ply.first_state as usize;
-            let scale = ply_scale(ply, bulk, rows.substances[state], column);
-            (scale, state_scale(&plan.conductions()[state], rows.substances[state], bulk, scale, column).conductivity)
+            let scale = ply_scale(ply, bulk, rows.state_properties[state], column);
+            (
+                scale,
+                state_scale(&plan.conductions()[state], rows.state_properties[state], bulk, scale, column).conductivity,
+            )
         };
         let contacts = rows.contacts_m2_k_w.iter().zip(plan.plies());
         Self {
             plan,
-            plies: plan.plies().iter().zip(&rows.bulks).map(ply).collect(),
-            contacts_m2_k_w: contacts.map(|(&contact, ply)| R::of(contact) / column(ply.contact)).collect(),
+            plies: plan.plies().iter().zip(&rows.bulk_properties).map(ply).collect(),
+            contacts_m2_k_w: contacts.map(|(&contact, ply)| R::splat(contact) / column(ply.contact)).collect(),
             hot: face_scale(&plan.scalings()[0], column),
             ply_of: (0..plan.plies().len())
                 .flat_map(|p| vec![p; (plan.plies()[p].end_cell - plan.plies()[p].first_cell) as usize])
@@ -94,13 +98,19 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     }
 
     pub(crate) fn start(&self) -> Vec<R> {
-        self.plan.rows().cells.iter().map(|cell| R::of(cell.start_k)).collect()
+        self.plan.rows().cells.iter().map(|cell| R::splat(cell.start_k)).collect()
     }
 
     #[inline(always)]
-    pub(crate) fn evaluate(&self, temperatures: &[R], drive: Drive<f64>, slopes: Slopes, at: &mut Evaluation<R>) {
+    pub(crate) fn evaluate(
+        &self,
+        temperatures: &[R],
+        drive: BoundaryForcing<f64>,
+        slopes: Derivatives,
+        at: &mut Evaluation<R>,
+    ) {
         let cells = &self.plan.rows().cells;
-        let (mut above, is_sloped) = (R::constant(0.0), slopes != Slopes::None);
+        let (mut above, is_sloped) = (R::from_f64(0.0), slopes != Derivatives::None);
         for p in 0..self.plies.len() {
             let (first, end) = (self.plan.plies()[p].first_cell as usize, self.plan.plies()[p].end_cell as usize);
             self.properties(p, temperatures, slopes, at);
@@ -111,28 +121,28 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
             let conductances = &mut at.conductances[first..][..count];
             let (by_upper, by_lower) = (&mut at.by_upper[first..][..count], &mut at.by_lower[first..][..count]);
             for i in 0..count {
-                let half_1_m = R::still(rows[i].half_over_next_1_m);
+                let half_1_m = R::constant(rows[i].half_over_next_1_m);
                 conductances[i] = conductance_within(k[i], k[i + 1], half_1_m);
                 if is_sloped {
                     let drop = temperatures_here[i] - temperatures_here[i + 1];
                     let gains = [rises[i] * half_1_m, rises[i + 1] * half_1_m];
-                    [by_upper[i], by_lower[i]] = inclined(conductances[i], drop, gains, slopes);
+                    [by_upper[i], by_lower[i]] = flux_derivatives(conductances[i], drop, gains, slopes);
                 }
             }
             if p > 0 {
                 let i = first - 1;
-                let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
+                let (below_m, above_m) = (R::constant(cells[i].below_m), R::constant(cells[i + 1].above_m));
                 let (k, next) = (at.conductivities[i], at.conductivities[i + 1]);
                 at.conductances[i] = conductance_across(k, below_m, next, above_m, self.contacts_m2_k_w[p - 1]);
                 if is_sloped {
                     let (conductance, drop) = (at.conductances[i], temperatures[i] - temperatures[i + 1]);
-                    let above = gain_across(conductance, k, below_m) * at.slopes[i];
-                    let below = gain_across(conductance, next, above_m) * at.slopes[i + 1];
-                    [at.by_upper[i], at.by_lower[i]] = inclined(conductance, drop, [above, below], slopes);
+                    let above = conductance_slope_across(conductance, k, below_m) * at.slopes[i];
+                    let below = conductance_slope_across(conductance, next, above_m) * at.slopes[i + 1];
+                    [at.by_upper[i], at.by_lower[i]] = flux_derivatives(conductance, drop, [above, below], slopes);
                 }
             }
         }
-        at.hot = self.heated(temperatures[0], drive, slopes);
+        at.hot = self.hot_face_flux(temperatures[0], drive, slopes);
         above = above + at.hot.flux;
         let last = temperatures.len() - 1;
         let (net, conductances, temperatures) =
@@ -148,7 +158,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     /// Conductivities and heat capacities of the cells of a ply. Exact derivatives are the slopes of the table
     /// segments.
     #[inline(always)]
-    fn properties(&self, p: usize, temperatures: &[R], slopes: Slopes, at: &mut Evaluation<R>) {
+    fn properties(&self, p: usize, temperatures: &[R], slopes: Derivatives, at: &mut Evaluation<R>) {
         let (plan, ply, (bulk, state)) = (self.plan, &self.plan.plies()[p], self.plies[p]);
         let (block, columns) = (&plan.rows().tables[ply.table as usize..], ply.columns as usize);
         let range = ply.first_cell as usize..ply.end_cell as usize;
@@ -157,29 +167,29 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         let inclines = &mut at.slopes[range.clone()][..rows.len()];
         let capacities = &mut at.capacities[range.clone()][..rows.len()];
         let capacity_slopes = &mut at.capacity_slopes[range][..rows.len()];
-        let per_node = R::constant(1.0 / TABLE_STEP_K);
+        let per_node = R::from_f64(1.0 / TABLE_STEP_K);
         for i in 0..rows.len() {
-            let here = spot(temperatures[i]);
-            let row = segment(block, here, columns, 0).row;
-            let at_spot = |value: R, rise: R| value + here.share * rise;
-            let [solid, solid_rise, capacity, capacity_rise] = R::four(row, 0);
+            let here = table_index(temperatures[i]);
+            let row = table_segment(block, here, columns, 0).row;
+            let at_spot = |value: R, rise: R| value + here.fraction * rise;
+            let [solid, solid_rise, capacity, capacity_rise] = R::column_group(row, 0);
             let mut conductivity = state.solid * at_spot(solid, solid_rise);
             let mut rise = state.solid * solid_rise;
-            let mut slope = R::constant(0.0);
-            if slopes == Slopes::Fluxes {
-                let [value, rise, ..] = R::four(row, 1);
+            let mut slope = R::from_f64(0.0);
+            if slopes == Derivatives::Fluxes {
+                let [value, rise, ..] = R::column_group(row, 1);
                 slope = state.solid * at_spot(value, rise);
             }
             if ply.parts > 1 {
-                let [value, radiative_rise, radiative_slope, slope_rise] = R::four(row, 2);
+                let [value, radiative_rise, radiative_slope, slope_rise] = R::column_group(row, 2);
                 conductivity = conductivity + state.radiative * at_spot(value, radiative_rise);
                 rise = rise + state.radiative * radiative_rise;
                 slope = slope + state.radiative * at_spot(radiative_slope, slope_rise);
             }
-            let mass_kg_m2 = R::of(rows[i].width_m) * bulk.density_kg_m3;
+            let mass_kg_m2 = R::splat(rows[i].width_m) * bulk.density_kg_m3;
             conductivities[i] = conductivity;
             capacities[i] = mass_kg_m2 * at_spot(capacity, capacity_rise);
-            if slopes == Slopes::All {
+            if slopes == Derivatives::All {
                 inclines[i] = rise * per_node;
                 capacity_slopes[i] = mass_kg_m2 * capacity_rise * per_node;
             } else {
@@ -190,22 +200,28 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
 
     /// Heat flux through the hot face at its temperature, with the derivative of the march or the exact one.
     #[inline(always)]
-    pub(crate) fn heated(&self, temperature_k: R, drive: Drive<f64>, slopes: Slopes) -> FaceFlux<R> {
-        let here = spot(temperature_k);
-        let (table, face, none) = (&self.plan.rows().tables, self.plan.rows().faces[0], R::constant(0.0));
-        let row = segment(table, here, FACE_COLUMNS, self.plan.face_table()).row;
+    pub(crate) fn hot_face_flux(
+        &self,
+        temperature_k: R,
+        drive: BoundaryForcing<f64>,
+        slopes: Derivatives,
+    ) -> SurfaceFlux<R> {
+        let here = table_index(temperature_k);
+        let (table, face, none) = (&self.plan.rows().tables, self.plan.rows().faces[0], R::from_f64(0.0));
+        let row = table_segment(table, here, FACE_COLUMNS, self.plan.face_table()).row;
         let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
-            [0, 1].map(|four| R::four(row, four));
-        let per_node = R::constant(1.0 / TABLE_STEP_K);
-        let smooth = slope + here.share * slope_rise;
-        let slope = if slopes == Slopes::All { enthalpy_rise * per_node } else { smooth };
-        let (enthalpy, emissivity) = (enthalpy + here.share * enthalpy_rise, emissivity + here.share * emissivity_rise);
-        let mut found = face_flux(drive, face, self.hot, temperature_k, emissivity, enthalpy, slope, none);
-        if slopes == Slopes::All {
-            let (square, surroundings) = (temperature_k * temperature_k, R::of(drive.surroundings_k));
+            [0, 1].map(|four| R::column_group(row, four));
+        let per_node = R::from_f64(1.0 / TABLE_STEP_K);
+        let smooth = slope + here.fraction * slope_rise;
+        let slope = if slopes == Derivatives::All { enthalpy_rise * per_node } else { smooth };
+        let (enthalpy, emissivity) =
+            (enthalpy + here.fraction * enthalpy_rise, emissivity + here.fraction * emissivity_rise);
+        let mut found = surface_flux(drive, face, self.hot, temperature_k, emissivity, enthalpy, slope, none);
+        if slopes == Derivatives::All {
+            let (square, surroundings) = (temperature_k * temperature_k, R::splat(drive.surroundings_k));
             let surroundings_square = surroundings * surroundings;
             let radiance =
-                R::constant(STEFAN_BOLTZMANN) * (surroundings_square * surroundings_square - square * square);
+                R::from_f64(STEFAN_BOLTZMANN) * (surroundings_square * surroundings_square - square * square);
             let scale = self.hot.exchange * self.hot.emissivity;
             found.slope = found.slope + scale * emissivity_rise * per_node * radiance;
         }
@@ -216,8 +232,9 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     fn conductivity(&self, temperatures: &[R], i: usize) -> R {
         let (plan, p) = (self.plan, self.ply_of[i]);
         let ply = &plan.plies()[p];
-        let row = segment(&plan.rows().tables, spot(temperatures[i]), ply.columns as usize, ply.table as usize);
-        solid(row, ply.parts as usize, self.plies[p].1, false).conductivity
+        let row =
+            table_segment(&plan.rows().tables, table_index(temperatures[i]), ply.columns as usize, ply.table as usize);
+        solid_properties(row, ply.parts as usize, self.plies[p].1, false).conductivity
     }
 
     /// Reading of a sensor, K: see `physics::reading`.
@@ -229,10 +246,10 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         let drop = temperatures[i] - temperatures[i + 1];
         let (below_m, above_m) = (plan.rows().cells[i].below_m, plan.rows().cells[i + 1].above_m);
         let contact = self.contacts_m2_k_w[self.ply_of[i]];
-        let flux = conductance_across(k, R::still(below_m), next, R::still(above_m), contact) * drop;
-        let to_face = flux * R::of(row.above_m) / k;
-        let from_face = drop - flux * R::of(row.below_m) / next;
-        temperatures[i] - (R::of(row.above) * to_face + R::of(row.below) * from_face)
+        let flux = conductance_across(k, R::constant(below_m), next, R::constant(above_m), contact) * drop;
+        let to_face = flux * R::splat(row.above_m) / k;
+        let from_face = drop - flux * R::splat(row.below_m) / next;
+        temperatures[i] - (R::splat(row.above) * to_face + R::splat(row.below) * from_face)
     }
 }
 
@@ -240,8 +257,8 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
 /// temperature drop and the derivatives of the conductance by both temperatures: exact, or never negative as in the
 /// march.
 #[inline(always)]
-fn inclined<R: Real>(conductance: R, drop: R, gains: [R; 2], slopes: Slopes) -> [R; 2] {
-    if slopes == Slopes::All {
+fn flux_derivatives<R: Real>(conductance: R, drop: R, gains: [R; 2], slopes: Derivatives) -> [R; 2] {
+    if slopes == Derivatives::All {
         [conductance + gains[0] * drop, conductance - gains[1] * drop]
     } else {
         flux_slopes(conductance, gains.map(|gain| gain * drop))

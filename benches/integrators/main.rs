@@ -3,49 +3,49 @@
 //! `cargo bench --bench integrators [-- CASE]` prints the tables; without CASE it uses `lcat-2259` and writes
 //! `benches/integrators.svg`.
 
+mod adapt;
 mod candidate;
 #[path = "../common/mod.rs"]
 #[expect(dead_code, reason = "this bench shares only the loading of cases")]
 mod common;
 mod layup;
 mod methods;
-mod pilot;
 mod plot;
-mod timed;
+mod timing;
 
+use bondline::adapt::adapt;
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Ensemble, Sampling};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
-use bondline::march::extrapolated::march_both;
-use bondline::pilot::pilot;
-use bondline::plan::Density;
+use bondline::march::richardson::march_extrapolated;
+use bondline::plan::GridDensity;
 use bondline::plan::layout::Ply;
 use bondline::plan::{Discretisation, Plan};
-use bondline::plan::{Growth, Pace};
-use candidate::{Candidate, Second, Space, readings, worst_k};
+use bondline::plan::{StepGrowth, TimeStepControl};
+use candidate::{Candidate, CoarseCells, CoarseMarch, readings, worst_k};
 use methods::Method;
 use plot::Curve;
 use rayon::prelude::*;
 
-const METHODS: [Method; 5] = [Method::Pair, Method::Rodas3, Method::Rodas, Method::Bdf(2), Method::Bdf(3)];
+const METHODS: [Method; 5] = [Method::Ros2, Method::Rodas3, Method::Rodas, Method::Bdf(2), Method::Bdf(3)];
 const CANDIDATES: [Candidate; 10] = [
     // `order` is the convergence order in time with that coarse march.
-    Candidate { method: Method::Pair, second: Second::None, order: 2.0 },
+    Candidate { method: Method::Ros2, coarse: CoarseMarch::None, order: 2.0 },
     // The method of bondline.
-    Candidate { method: Method::Pair, second: Second::HalfSteps, order: 3.0 },
-    Candidate { method: Method::Rodas3, second: Second::SameSteps, order: 3.0 },
-    Candidate { method: Method::Rodas3, second: Second::HalfSteps, order: 3.0 },
-    Candidate { method: Method::Rodas, second: Second::SameSteps, order: 4.0 },
-    Candidate { method: Method::Bdf(2), second: Second::SameSteps, order: 2.0 },
-    Candidate { method: Method::Bdf(2), second: Second::HalfSteps, order: 3.0 },
-    Candidate { method: Method::Bdf(3), second: Second::SameSteps, order: 3.0 },
-    Candidate { method: Method::Bdf(3), second: Second::HalfSteps, order: 3.0 },
-    Candidate { method: Method::Pair, second: Second::SameSteps, order: 2.0 },
+    Candidate { method: Method::Ros2, coarse: CoarseMarch::HalfSteps, order: 3.0 },
+    Candidate { method: Method::Rodas3, coarse: CoarseMarch::SameSteps, order: 3.0 },
+    Candidate { method: Method::Rodas3, coarse: CoarseMarch::HalfSteps, order: 3.0 },
+    Candidate { method: Method::Rodas, coarse: CoarseMarch::SameSteps, order: 4.0 },
+    Candidate { method: Method::Bdf(2), coarse: CoarseMarch::SameSteps, order: 2.0 },
+    Candidate { method: Method::Bdf(2), coarse: CoarseMarch::HalfSteps, order: 3.0 },
+    Candidate { method: Method::Bdf(3), coarse: CoarseMarch::SameSteps, order: 3.0 },
+    Candidate { method: Method::Bdf(3), coarse: CoarseMarch::HalfSteps, order: 3.0 },
+    Candidate { method: Method::Ros2, coarse: CoarseMarch::SameSteps, order: 2.0 },
 ];
 /// Target errors, K, and the target in time for which the steps are adapted: half of the total target.
 const TARGETS_K: [f64; 4] = [0.2, 0.1, 0.05, 0.02];
-const AIM_K: f64 = 0.02;
+const TIME_ERROR_TARGET_K: f64 = 0.02;
 /// Members for the maximum error: the nominal one, and a sample of a sweep.
 const MEMBERS: usize = 16;
 /// Cells relative to bondline's own plan, and steps relative to the adapted ones.
@@ -57,7 +57,7 @@ const EVEN_S: [f64; 4] = [0.05, 0.25, 1.0, 4.0];
 
 /// One march of a candidate: error (K), time for 5,000 members (s), cells and steps.
 #[derive(Clone, Copy)]
-struct Mark {
+struct WorkPrecisionPoint {
     error_k: f64,
     seconds: f64,
     cells: usize,
@@ -68,7 +68,7 @@ struct Mark {
 struct Diagram {
     case: Case,
     /// Cells of bondline's own plan.
-    density: Density,
+    density: GridDensity,
     /// Time of a cell-step of each method, ns.
     ns: Vec<f64>,
 }
@@ -77,27 +77,31 @@ fn main() {
     // Cargo adds the flag `--bench`.
     let requested = std::env::args().skip(1).find(|arg| !arg.starts_with("--"));
     let case = common::case(requested.as_deref().unwrap_or("lcat-2259"));
-    let own = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
+    let own = adapt(&case).unwrap_or_else(|error| panic!("{error}"));
     let is_plain = own.gas().is_none() && own.states() == 1 && own.levels() == 1 && own.parts() < 3;
     assert!(is_plain && !own.has_holder() && !own.has_depths(), "{}: this bench supports conduction only", case.id());
     let coarse = own.coarse().expect("an adapted plan has a coarse one");
     let cells = |ply: &Ply<u32>| f64::from(ply.end_cell - ply.first_cell);
-    let density = Density { plies: coarse.plies().iter().map(cells).collect(), cuts: vec![1; coarse.plies().len()] };
-    let diagram = Diagram { ns: timed::ns(&own, &METHODS), case, density };
+    let density = GridDensity {
+        cells_per_ply: coarse.plies().iter().map(cells).collect(),
+        subdivisions: vec![1; coarse.plies().len()],
+    };
+    let diagram = Diagram { ns: timing::ns(&own, &METHODS), case, density };
     println!("| method | ns a cell-step |\n|---|---|");
     METHODS.iter().zip(&diagram.ns).for_each(|(method, ns)| println!("| {} | {ns:.2} |", method.name()));
-    println!("| bondline's own march | {:.2} |", timed::own_ns(&own, &sweep(&diagram.case, 32)));
+    println!("| bondline's own march | {:.2} |", timing::own_ns(&own, &sweep(&diagram.case, 32)));
 
     let reference = diagram.reference();
-    let adapted = |candidate| pilot::paced(&diagram.case, &diagram.density, candidate, &reference, AIM_K);
-    let controls: Vec<Pace> = CANDIDATES.par_iter().map(adapted).collect();
+    let adapted =
+        |candidate| adapt::adapted(&diagram.case, &diagram.density, candidate, &reference, TIME_ERROR_TARGET_K);
+    let controls: Vec<TimeStepControl> = CANDIDATES.par_iter().map(adapted).collect();
 
     println!("\nErrors in time, {} cells:\n", own.cells());
     let (nominal, reference) = ([nominal(&diagram.case)], [reference]);
-    let in_time = diagram.curves(&controls, Space::Held, &nominal, &reference);
+    let in_time = diagram.curves(&controls, CoarseCells::Same, &nominal, &reference);
     println!("\nAll errors, {MEMBERS} members:\n");
     let members = members(&diagram.case);
-    let in_all = diagram.curves(&controls, Space::Halved, &members, &truth(&diagram.case, &members));
+    let in_all = diagram.curves(&controls, CoarseCells::Halved, &members, &truth(&diagram.case, &members));
     let title = format!("in time, on the same {} cells", own.cells());
     if requested.is_none() {
         plot::draw([(&title, &in_time), ("in time and space", &in_all)]);
@@ -108,43 +112,56 @@ fn main() {
 impl Diagram {
     /// Reference readings of the nominal member on the cells of bondline's own plan, with negligible error in time.
     fn reference(&self) -> Vec<f64> {
-        let growth = Growth::Stated { first_step_s: 0.001, share: 0.008, largest_step_s: 0.05 };
-        let plan = plan(&self.case, &self.density, &Pace { growth, slices: vec![] });
+        let growth = StepGrowth::Geometric { first_step_s: 0.001, share: 0.008, largest_step_s: 0.05 };
+        let plan = plan(&self.case, &self.density, &TimeStepControl { growth, segments: vec![] });
         readings(Method::Rodas, &plan, &plan, &nominal(&self.case))
     }
 
     /// Print the cheapest march of each candidate within each target; returns the Pareto front of each.
-    fn curves(&self, controls: &[Pace], space: Space, members: &[Vec<f64>], truth: &[Vec<f64>]) -> Vec<Curve> {
+    fn curves(
+        &self,
+        controls: &[TimeStepControl],
+        space: CoarseCells,
+        members: &[Vec<f64>],
+        truth: &[Vec<f64>],
+    ) -> Vec<Curve> {
         println!("| candidate | {} |", TARGETS_K.map(|target_k| format!("{target_k} K")).join(" | "));
         println!("|---|{}", "---|".repeat(TARGETS_K.len()));
         let competing = CANDIDATES.iter().zip(controls).filter(|(candidate, _)| candidate.differs(space));
         competing
             .map(|(candidate, control)| {
-                let grids: &[f64] = match (space, candidate.second) {
-                    (Space::Held, _) => &[1.0],
-                    (_, Second::None) => &FINER_CELLS_ALONE,
+                let grids: &[f64] = match (space, candidate.coarse) {
+                    (CoarseCells::Same, _) => &[1.0],
+                    (_, CoarseMarch::None) => &FINER_CELLS_ALONE,
                     _ => &FINER_CELLS,
                 };
                 let finer: Vec<(f64, f64)> =
                     grids.iter().flat_map(|&cells| FINER_STEPS.map(|steps| (cells, steps))).collect();
                 let marks = finer.par_iter().map(|&(cells, steps)| {
-                    let plies = self.density.plies.iter().map(|ply| cells * ply).collect();
-                    let density = Density { plies, cuts: self.density.cuts.clone() };
+                    let plies = self.density.cells_per_ply.iter().map(|ply| cells * ply).collect();
+                    let density = GridDensity { cells_per_ply: plies, subdivisions: self.density.subdivisions.clone() };
                     let plan = plan(&self.case, &density, &denser(control, steps));
-                    self.mark(candidate, &plan, space, members, truth)
+                    self.point(candidate, &plan, space, members, truth)
                 });
-                let (title, marks): (String, Vec<Mark>) = (candidate.title(space), marks.collect());
+                let (title, marks): (String, Vec<WorkPrecisionPoint>) = (candidate.title(space), marks.collect());
                 println!("| {title} | {} |", TARGETS_K.map(|target_k| cheapest(&marks, target_k)).join(" | "));
-                Curve { title, points: envelope(marks) }
+                Curve { title, points: pareto_front(marks) }
             })
             .collect()
     }
 
-    fn mark(&self, candidate: &Candidate, plan: &Plan, space: Space, members: &[Vec<f64>], truth: &[Vec<f64>]) -> Mark {
+    fn point(
+        &self,
+        candidate: &Candidate,
+        plan: &Plan,
+        space: CoarseCells,
+        members: &[Vec<f64>],
+        truth: &[Vec<f64>],
+    ) -> WorkPrecisionPoint {
         let errors_k =
             members.iter().zip(truth).map(|(columns, truth)| worst_k(&candidate.readings(plan, space, columns), truth));
         let place = METHODS.iter().position(|&method| method == candidate.method).expect("every method is timed");
-        Mark {
+        WorkPrecisionPoint {
             error_k: errors_k.fold(0.0, f64::max),
             seconds: 5000.0 * candidate.work(plan, space) * 1e-9 * self.ns[place],
             cells: plan.cells(),
@@ -158,16 +175,16 @@ impl Diagram {
         println!("|---|{}", "---|".repeat(EVEN_S.len()));
         // Steps end on instants, so keep only the last.
         let mut case = self.case.to_builder();
-        case.resolution.every_s = case.exposure.duration_s;
+        case.resolution.output_interval_s = case.exposure.duration_s;
         case.observations.clear();
         let case = case.build().unwrap_or_else(|error| panic!("{error}"));
         for method in METHODS {
             let below = EVEN_S.map(|step_s| {
                 let (first_step_s, largest_step_s) = (2.0 * step_s, 2.0 * step_s);
-                let growth = Growth::Stated { first_step_s, share: 1.0, largest_step_s };
-                let plan = plan(&case, &self.density, &Pace { growth, slices: vec![] });
+                let growth = StepGrowth::Geometric { first_step_s, share: 1.0, largest_step_s };
+                let plan = plan(&case, &self.density, &TimeStepControl { growth, segments: vec![] });
                 let below_k = candidate::below_k(method, &plan, &nominal(&case));
-                if below_k < pilot::FAR_K { format!("{below_k:.3}") } else { "runs away".to_owned() }
+                if below_k < adapt::MAX_CONVERGENT_ERROR_K { format!("{below_k:.3}") } else { "runs away".to_owned() }
             });
             println!("| {} | {} |", method.name(), below.join(" | "));
         }
@@ -180,8 +197,8 @@ fn truth(case: &Case, members: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let sets = sets.map(|(name, value)| (format!("resolution.{name}"), value.to_owned()));
     let plan = Plan::new(&common::case_with(case.id(), &sets));
     let values = members.iter().flat_map(|columns| columns[1..].to_vec()).collect();
-    let ensemble = Ensemble::at(case.factors().len(), values);
-    let marched = march_both(&mut Cpu::new(Precision::F64), &plan, &ensemble, 0..members.len());
+    let ensemble = Ensemble::from_values(case.factors().len(), values);
+    let marched = march_extrapolated(&mut Cpu::new(Precision::F64), &plan, &ensemble, 0..members.len());
     let traces = marched.unwrap_or_else(|error| panic!("{error}"));
     (0..members.len()).map(|member| traces.member(member).to_vec()).collect()
 }
@@ -205,26 +222,26 @@ fn columns(ensemble: &Ensemble, member: usize) -> Vec<f64> {
     std::iter::once(1.0).chain(ensemble.member(member)).collect()
 }
 
-fn denser(control: &Pace, times: f64) -> Pace {
+fn denser(control: &TimeStepControl, times: f64) -> TimeStepControl {
     let mut denser = control.clone();
-    denser.slices.iter_mut().for_each(|segment| segment.density *= times);
+    denser.segments.iter_mut().for_each(|segment| segment.step_density *= times);
     denser
 }
 
 /// The plan of a case at a grid density and step rule.
-pub(crate) fn plan(case: &Case, density: &Density, control: &Pace) -> Plan {
-    Plan::cut(case, Discretisation { density: density.clone(), pace: control.clone() })
+pub(crate) fn plan(case: &Case, density: &GridDensity, control: &TimeStepControl) -> Plan {
+    Plan::with_discretisation(case, Discretisation { grid: density.clone(), time_steps: control.clone() })
 }
 
 /// The cheapest march within a target, for the table.
-fn cheapest(marks: &[Mark], target_k: f64) -> String {
+fn cheapest(marks: &[WorkPrecisionPoint], target_k: f64) -> String {
     let within = marks.iter().filter(|mark| mark.error_k <= target_k);
     let least = within.min_by(|a, b| a.seconds.total_cmp(&b.seconds));
     least.map_or("–".to_owned(), |mark| format!("{:.2} s: {} × {}", mark.seconds, mark.cells, mark.steps))
 }
 
 /// The Pareto front in error and time, from the fastest on.
-fn envelope(mut marks: Vec<Mark>) -> Vec<(f64, f64)> {
+fn pareto_front(mut marks: Vec<WorkPrecisionPoint>) -> Vec<(f64, f64)> {
     marks.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     let mut least_k = f64::INFINITY;
     marks.retain(|mark| {

@@ -1,15 +1,15 @@
 //! Time integrators, all linearly implicit: one tridiagonal matrix a step, factored once, without iteration.
 
-use crate::layup::{Evaluation, Layup, Slopes};
+use crate::layup::{Derivatives, Evaluation, Layup};
 use bondline::physics::Real;
 use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::Plan;
-use bondline::plan::layout::Drive;
+use bondline::plan::layout::BoundaryForcing;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Method {
     /// The two-stage Rosenbrock method of src/physics/step.rs.
-    Pair,
+    Ros2,
     Rodas3,
     Rodas,
     /// Backward differentiation formula of second or third order.
@@ -19,7 +19,7 @@ pub(crate) enum Method {
 impl Method {
     pub(crate) fn name(self) -> String {
         match self {
-            Self::Pair => "pair".to_owned(),
+            Self::Ros2 => "pair".to_owned(),
             Self::Rodas3 => "RODAS3".to_owned(),
             Self::Rodas => "RODAS".to_owned(),
             Self::Bdf(order) => format!("BDF{order}"),
@@ -47,7 +47,7 @@ struct Rosenbrock<const S: usize> {
 
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
-const PAIR: Rosenbrock<2> = Rosenbrock {
+const ROS2: Rosenbrock<2> = Rosenbrock {
     gamma: GAMMA,
     a: [[0.0; 2], [1.0 / GAMMA, 0.0]],
     c: [[0.0; 2], [-2.0 / GAMMA, 0.0]],
@@ -103,7 +103,7 @@ const RODAS: Rosenbrock<6> = Rosenbrock {
 
 /// Maximum number of stages, and of earlier temperatures that a step uses.
 const STAGES: usize = 6;
-const BACK: usize = 3;
+const MAX_BDF_ORDER: usize = 3;
 
 /// The steps of a plan, and whether each starts at a corner of the schedule.
 pub(crate) struct Steps<'a> {
@@ -113,7 +113,7 @@ pub(crate) struct Steps<'a> {
 
 impl<'a> Steps<'a> {
     pub(crate) fn of(plan: &'a Plan) -> Self {
-        let (drives, lengths_s) = (&plan.rows().drives, &plan.rows().lengths_s);
+        let (drives, lengths_s) = (&plan.rows().boundary_forcing, &plan.rows().step_lengths_s);
         let slope = |step: usize| (drives[4 * step + 1].flux_w_m2 - drives[4 * step].flux_w_m2) / lengths_s[step];
         let steepest = (0..plan.steps()).map(|step| slope(step).abs()).fold(0.0, f64::max);
         let bends = |step: usize| (slope(step) - slope(step - 1)).abs() > 1e-6 * steepest;
@@ -121,21 +121,21 @@ impl<'a> Steps<'a> {
     }
 
     /// Boundary forcing at a share of a step.
-    fn drive(&self, step: usize, share: f64) -> Drive<f64> {
-        let [start, end] = [0, 1].map(|end| self.plan.rows().drives[4 * step + end]);
+    fn drive(&self, step: usize, share: f64) -> BoundaryForcing<f64> {
+        let [start, end] = [0, 1].map(|end| self.plan.rows().boundary_forcing[4 * step + end]);
         // Only the flux changes in these cases.
-        Drive { flux_w_m2: start.flux_w_m2 + share * (end.flux_w_m2 - start.flux_w_m2), ..start }
+        BoundaryForcing { flux_w_m2: start.flux_w_m2 + share * (end.flux_w_m2 - start.flux_w_m2), ..start }
     }
 }
 
 /// Integration of a member, or of one member a lane.
-struct Way<'a, R> {
+struct Integration<'a, R> {
     layup: &'a Layup<'a, R>,
     steps: &'a Steps<'a>,
     temperatures: Vec<R>,
     staged: Vec<R>,
     /// Temperatures at the ends of earlier steps, the latest first.
-    earlier: [Vec<R>; BACK],
+    earlier: [Vec<R>; MAX_BDF_ORDER],
     unknowns: [Vec<R>; STAGES],
     capacities: Vec<R>,
     at: Evaluation<R>,
@@ -146,19 +146,19 @@ struct Way<'a, R> {
 
 /// March over all steps; `note` receives the temperatures at the start and after each step.
 #[inline(always)]
-pub(crate) fn march<R: Real<Scalar = f64, Still = R>>(
+pub(crate) fn march<R: Real<Scalar = f64, Constant = R>>(
     method: Method,
     layup: &Layup<'_, R>,
     steps: &Steps<'_>,
     mut note: impl FnMut(usize, &[R]),
 ) {
-    let none = || vec![R::constant(0.0); layup.cells()];
-    let mut way = Way {
+    let none = || vec![R::from_f64(0.0); layup.cells()];
+    let mut way = Integration {
         layup,
         steps,
         temperatures: layup.start(),
         staged: none(),
-        earlier: [(); BACK].map(|()| none()),
+        earlier: [(); MAX_BDF_ORDER].map(|()| none()),
         unknowns: [(); STAGES].map(|()| none()),
         capacities: none(),
         at: Evaluation::new(layup.cells()),
@@ -173,14 +173,14 @@ pub(crate) fn march<R: Real<Scalar = f64, Still = R>>(
             since_corner = 0;
         }
         match method {
-            Method::Pair => way.rosenbrock(&PAIR, step),
+            Method::Ros2 => way.rosenbrock(&ROS2, step),
             Method::Rodas3 => way.rosenbrock(&RODAS3, step),
             Method::Rodas => way.rosenbrock(&RODAS, step),
             Method::Bdf(order) => {
                 way.earlier.rotate_right(1);
                 way.earlier[0].copy_from_slice(&way.temperatures);
                 // No formula uses temperatures before a corner, where slopes jump.
-                if since_corner + 1 < order { way.rosenbrock(&PAIR, step) } else { way.backward(order, step) }
+                if since_corner + 1 < order { way.rosenbrock(&ROS2, step) } else { way.bdf(order, step) }
             }
         }
         since_corner += 1;
@@ -188,14 +188,14 @@ pub(crate) fn march<R: Real<Scalar = f64, Still = R>>(
     }
 }
 
-impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
+impl<R: Real<Scalar = f64, Constant = R>> Integration<'_, R> {
     #[inline(always)]
     fn rosenbrock<const S: usize>(&mut self, method: &Rosenbrock<S>, step: usize) {
-        let per_length = 1.0 / self.steps.plan.rows().lengths_s[step];
-        let slopes = if method.is_exact { Slopes::All } else { Slopes::Fluxes };
+        let per_length = 1.0 / self.steps.plan.rows().step_lengths_s[step];
+        let slopes = if method.is_exact { Derivatives::All } else { Derivatives::Fluxes };
         self.layup.evaluate(&self.temperatures, self.steps.drive(step, 0.0), slopes, &mut self.at);
         self.capacities.copy_from_slice(&self.at.capacities);
-        let own = R::constant(per_length / method.gamma);
+        let own = R::from_f64(per_length / method.gamma);
         let cells = self.diagonal.len();
         let (diagonal, capacities) = (&mut self.diagonal[..], &self.capacities[..cells]);
         let (net, rises) = (&self.at.net[..cells], &self.at.capacity_slopes[..cells]);
@@ -207,12 +207,13 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
         }
         self.factorise();
         let driven =
-            self.layup.heated(self.temperatures[0], self.steps.drive(step, 1.0), Slopes::None).flux - self.at.hot.flux;
+            self.layup.hot_face_flux(self.temperatures[0], self.steps.drive(step, 1.0), Derivatives::None).flux
+                - self.at.hot.flux;
         for stage in 0..S {
             if method.a[stage] != [0.0; S] {
                 combine(&mut self.staged, &self.temperatures, &self.unknowns[..stage], &method.a[stage]);
                 let drive = self.steps.drive(step, method.alpha[stage]);
-                self.layup.evaluate(&self.staged, drive, Slopes::None, &mut self.at);
+                self.layup.evaluate(&self.staged, drive, Derivatives::None, &mut self.at);
             }
             let (before, here) = self.unknowns.split_at_mut(stage);
             let side = &mut here[0][..];
@@ -220,7 +221,7 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
                 side.copy_from_slice(&self.at.net);
             } else {
                 let weights = method.c[stage].map(|c| c * per_length);
-                let none = R::constant(0.0);
+                let none = R::from_f64(0.0);
                 side.fill(none);
                 add(side, before, &weights);
                 let net = &self.at.net[..side.len()];
@@ -229,7 +230,7 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
                     side[i] = start[i] * (net[i] / now[i] + side[i]);
                 }
             }
-            side[0] = side[0] + R::constant(method.gammas[stage]) * driven;
+            side[0] = side[0] + R::from_f64(method.gammas[stage]) * driven;
             substitute(&self.lower, &self.diagonal, &self.upper, side);
         }
         add(&mut self.temperatures, &self.unknowns[..S], &method.m);
@@ -239,9 +240,9 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
     /// and one Newton iteration starts at the extrapolation of the earlier ends, whose error falls with twice its
     /// order.
     #[inline(always)]
-    fn backward(&mut self, order: usize, step: usize) {
+    fn bdf(&mut self, order: usize, step: usize) {
         let time_s = |back: usize| self.steps.plan.times_s()[step + 1 - back];
-        let (mut ahead, mut slope) = ([0.0; BACK], [0.0; BACK]);
+        let (mut ahead, mut slope) = ([0.0; MAX_BDF_ORDER], [0.0; MAX_BDF_ORDER]);
         let mut own = 0.0;
         for j in 1..=order {
             let others = || (1..=order).filter(move |&other| other != j);
@@ -251,14 +252,14 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
             own += 1.0 / (time_s(0) - time_s(j));
         }
         let earlier = &self.earlier[..order];
-        self.staged.fill(R::constant(0.0));
+        self.staged.fill(R::from_f64(0.0));
         add(&mut self.staged, earlier, &ahead);
-        self.layup.evaluate(&self.staged, self.steps.drive(step, 1.0), Slopes::All, &mut self.at);
+        self.layup.evaluate(&self.staged, self.steps.drive(step, 1.0), Derivatives::All, &mut self.at);
         let [side, rates, ..] = &mut self.unknowns;
-        rates.fill(R::constant(0.0));
+        rates.fill(R::from_f64(0.0));
         add(rates, earlier, &slope);
         add(rates, std::slice::from_ref(&self.staged), &[own]);
-        let (diagonal, cells, own) = (&mut self.diagonal[..], side.len(), R::constant(own));
+        let (diagonal, cells, own) = (&mut self.diagonal[..], side.len(), R::from_f64(own));
         let (net, rates) = (&self.at.net[..cells], &rates[..cells]);
         let (capacities, rises) = (&self.at.capacities[..cells], &self.at.capacity_slopes[..cells]);
         for i in 0..cells {
@@ -278,7 +279,7 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
         let diagonal = &mut self.diagonal[..cells];
         // The back is insulated: the derivatives below the last cell are zero.
         let (leaving, coming) = (&self.at.by_upper[..cells], &self.at.by_lower[..cells]);
-        let (mut arriving, mut returned) = (R::constant(0.0), -self.at.hot.slope);
+        let (mut arriving, mut returned) = (R::from_f64(0.0), -self.at.hot.slope);
         for i in 0..cells {
             diagonal[i] = diagonal[i] + (returned + leaving[i]);
             lower[i] = -arriving;
@@ -300,7 +301,7 @@ fn combine<R: Real>(sum: &mut [R], base: &[R], columns: &[Vec<R>], weights: &[f6
 #[inline(always)]
 fn add<R: Real>(sum: &mut [R], columns: &[Vec<R>], weights: &[f64]) {
     for (column, &weight) in columns.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
-        let (weight, column) = (R::constant(weight), &column[..sum.len()]);
+        let (weight, column) = (R::from_f64(weight), &column[..sum.len()]);
         for i in 0..sum.len() {
             sum[i] = sum[i] + weight * column[i];
         }

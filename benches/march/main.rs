@@ -4,18 +4,18 @@
 
 #[path = "../common/mod.rs"]
 mod common;
-mod counted;
+mod counting;
 mod peak;
 #[path = "../common/single_threaded.rs"]
 mod single_threaded;
 
 use bondline::case::Bounds;
 use bondline::ensemble::{Ensemble, Sampling};
-use bondline::march::cpu::{Cpu, Reference};
+use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::{Precision, march_all};
 use bondline::plan::Plan;
 use common::{BenchBackend, gpu_backends, shortest, simd_backends};
-use counted::Work;
+use counting::OperationCounts;
 use single_threaded::SingleThreaded;
 use std::hint::black_box;
 use std::time::Instant;
@@ -24,7 +24,7 @@ use std::time::Instant;
 const MEMBERS: [usize; 5] = [1, 15, 100, 1000, 5000];
 
 /// Largest ensemble for a workgroup per member on a software device: larger ones take minutes.
-const FEW: usize = 100;
+const MAX_WORKGROUP_MEMBERS: usize = 100;
 
 /// Repetitions for an ensemble size; the backends alternate.
 fn rounds(members: usize) -> usize {
@@ -35,16 +35,16 @@ fn main() {
     let most = std::env::args().skip(1).find_map(|arg| arg.parse().ok()).unwrap_or(usize::MAX);
     let case = common::case("lcat-2259");
     let plan = Plan::new(&case);
-    let work = Work::of(&plan, &Ensemble::nominal(case.factors()));
+    let work = OperationCounts::of(&plan, &Ensemble::nominal(case.factors()));
     let (steps, cells) = (plan.steps(), plan.cells());
     println!("lcat-2259: {cells} cells, {steps} steps, {} factors\n", case.factors().len());
     println!("A cell-step is {work}.");
     let reacting = common::case("lcat-2259-pyrolysis");
-    let reacting = Work::of(&Plan::new(&reacting), &Ensemble::nominal(reacting.factors()));
+    let reacting = OperationCounts::of(&Plan::new(&reacting), &Ensemble::nominal(reacting.factors()));
     println!("Where plies decompose, in lcat-2259-pyrolysis, it is {reacting}.\n");
 
     // The baseline is one member at a time in f64; lanes on one thread show the gain of SIMD alone.
-    let mut backends = vec![BenchBackend::new("scalar", Some(1), SingleThreaded::new(Reference(Precision::F64)))];
+    let mut backends = vec![BenchBackend::new("scalar", Some(1), SingleThreaded::new(ScalarReference(Precision::F64)))];
     let in_lanes = |precision| BenchBackend::new("lanes", Some(1), SingleThreaded::new(Cpu::new(precision)));
     backends.extend([Precision::F64, Precision::F32].map(in_lanes));
     backends.extend(simd_backends());
@@ -68,7 +68,7 @@ fn main() {
         let mut seconds = vec![vec![]; backends.len()];
         for _ in 0..rounds(members) {
             for (place, (backend, seconds)) in backends.iter_mut().zip(&mut seconds).enumerate() {
-                if place >= first_workgroup && backend.threads.is_some() && members > FEW {
+                if place >= first_workgroup && backend.threads.is_some() && members > MAX_WORKGROUP_MEMBERS {
                     continue;
                 }
                 seconds.push(time(backend, &plan, &ensemble));

@@ -1,6 +1,6 @@
 """A layup for the peers: cells, steps and tables of bondline's own plan, as `cargo bench --bench plan` prints them.
 
-bondline marches at two resolutions and extrapolates (src/march/extrapolated.rs): a reading is 4/3 of the finer one less
+bondline marches at two resolutions and extrapolates (src/march/richardson.rs): a reading is 4/3 of the finer one less
 1/3 of the coarser one. Each layup here carries its weight.
 
 Conduction with k(T, P), c_p(T) and contacts; a hot face under a flux schedule with hot-wall correction and ε(T); an

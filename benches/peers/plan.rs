@@ -1,17 +1,17 @@
 //! The plan of a case as JSON: cells, steps and tables for the peer implementations.
 //!
-//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]` takes settings as `--set` of the command does. `marches` holds
+//! `cargo bench --bench plan -- CASE [MAX_NAME_CHARS=VALUE ...]` takes settings as `--set` of the command does. `marches` holds
 //! both resolutions, the finer one first. Rows are flat, in the order of `fields`.
 
 #[path = "../common/mod.rs"]
 #[expect(dead_code, reason = "this bench measures no time")]
 mod common;
 
-use bondline::pilot::pilot;
+use bondline::adapt::adapt;
 use bondline::plan::Plan;
 use bondline::plan::layout::{
-    Bead, Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES,
-    TABLE_STEP_K,
+    Bead, BoundaryForcing, BulkProperties, Cell, ConductivityColumns, FACE_COLUMNS, Face, FaceColumns, NO_INSTANT, Ply,
+    Sensor, SensorLocation, TABLE_NODES, TABLE_STEP_K,
 };
 use serde_json::{Value, json};
 
@@ -23,7 +23,7 @@ fn main() {
     let sets: Vec<_> =
         sets.iter().map(|set| pair(set).unwrap_or_else(|| panic!("{set:?}: expected NAME=VALUE"))).collect();
     let case = common::case_with(id, &sets);
-    let plan = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
+    let plan = adapt(&case).unwrap_or_else(|error| panic!("{error}"));
     println!(
         "{}",
         json!({
@@ -46,14 +46,14 @@ fn march(plan: &Plan) -> Value {
         "taps": taps(plan),
         "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
         "plies": table(Ply::<u32>::FIELDS, plan.plies(), Ply::flatten),
-        "conductions": table(Conduction::<u32>::FIELDS, plan.conductions(), Conduction::flatten),
-        "bulks": table(Bulk::<f64>::FIELDS, &rows.bulks, Bulk::flatten),
+        "conductions": table(ConductivityColumns::<u32>::FIELDS, plan.conductions(), ConductivityColumns::flatten),
+        "bulks": table(BulkProperties::<f64>::FIELDS, &rows.bulk_properties, BulkProperties::flatten),
         "contacts_m2_k_w": rows.contacts_m2_k_w,
         "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
-        "scalings": table(Scaling::<u32>::FIELDS, plan.scalings(), Scaling::flatten),
-        "drives": table(Drive::<f64>::FIELDS, &rows.drives, Drive::flatten),
+        "scalings": table(FaceColumns::<u32>::FIELDS, plan.scalings(), FaceColumns::flatten),
+        "drives": table(BoundaryForcing::<f64>::FIELDS, &rows.boundary_forcing, BoundaryForcing::flatten),
         "sensors": table(Sensor::<f64>::FIELDS, &rows.sensors, Sensor::flatten),
-        "places": table(Place::<u32>::FIELDS, plan.places(), Place::flatten),
+        "places": table(SensorLocation::<u32>::FIELDS, plan.places(), SensorLocation::flatten),
         "beads": table(Bead::<f64>::FIELDS, &rows.beads, Bead::flatten),
         "parts": plan.parts(),
         "levels": plan.levels(),
@@ -73,7 +73,7 @@ fn march(plan: &Plan) -> Value {
 /// Interpolation stencil of each instant: records and weights.
 fn taps(plan: &Plan) -> Vec<Vec<(usize, f64)>> {
     match &plan.readout() {
-        Some(readout) => readout.taps().iter().map(|taps| taps.to_vec()).collect(),
+        Some(readout) => readout.stencils().iter().map(|taps| taps.to_vec()).collect(),
         None => (0..plan.records()).map(|record| vec![(record, 1.0)]).collect(),
     }
 }

@@ -2,21 +2,21 @@
 
 /// Sutherland's law for the conductivity of air: conductivity at 273.15 K (W/m/K) and Sutherland temperature (K).
 /// Values: F. M. White, *Viscous Fluid Flow*.
-const CONDUCTIVITY_W_M_K: f64 = 0.0241;
+const CONDUCTIVITY_AT_ICE_POINT_W_M_K: f64 = 0.0241;
 const SUTHERLAND_K: f64 = 194.4;
-const ICE_K: f64 = 273.15;
+const ICE_POINT_K: f64 = 273.15;
 
 /// Boltzmann's constant, J/K (exact in the SI of 2019).
 const BOLTZMANN_J_K: f64 = 1.380_649e-23;
 /// Collision diameter of air, m. Source: K. Daryabeigi, *Heat transfer in high-temperature fibrous insulation*, 2003
 /// (from memory, not checked).
-const DIAMETER_M: f64 = 3.65e-10;
+const COLLISION_DIAMETER_M: f64 = 3.65e-10;
 
 /// Ratio of heat capacities and Prandtl number of air.
 const GAMMA: f64 = 1.4;
 const PRANDTL: f64 = 0.71;
 /// Thermal accommodation coefficient of air at the walls of a pore; between 0.9 and 1 in Daryabeigi's fits.
-const ACCOMMODATION: f64 = 0.9;
+const ACCOMMODATION_COEFFICIENT: f64 = 0.9;
 
 /// Enthalpy of air over temperature (K, J/kg), zero at 298 K, integrated from the heat capacity. Dissociation, which
 /// raises it above about 2000 K, is neglected.
@@ -32,13 +32,15 @@ const ENTHALPY: [(f64, f64); 7] = [
 
 /// Conductivity of unconfined air, W/m/K.
 pub fn air_conductivity_w_m_k(temperature_k: f64) -> f64 {
-    let ratio = temperature_k / ICE_K;
-    CONDUCTIVITY_W_M_K * ratio * ratio.sqrt() * (ICE_K + SUTHERLAND_K) / (temperature_k + SUTHERLAND_K)
+    let ratio = temperature_k / ICE_POINT_K;
+    CONDUCTIVITY_AT_ICE_POINT_W_M_K * ratio * ratio.sqrt() * (ICE_POINT_K + SUTHERLAND_K)
+        / (temperature_k + SUTHERLAND_K)
 }
 
 /// Mean free path of air, m: `k_B T / (√2 π d² p)`.
 pub fn air_mean_free_path_m(temperature_k: f64, pressure_pa: f64) -> f64 {
-    BOLTZMANN_J_K * temperature_k / (2f64.sqrt() * std::f64::consts::PI * DIAMETER_M * DIAMETER_M * pressure_pa)
+    BOLTZMANN_J_K * temperature_k
+        / (2f64.sqrt() * std::f64::consts::PI * COLLISION_DIAMETER_M * COLLISION_DIAMETER_M * pressure_pa)
 }
 
 /// Conductivity of air in pores of length L, W/m/K, with the temperature jump at the pore walls.
@@ -46,9 +48,10 @@ pub fn air_mean_free_path_m(temperature_k: f64, pressure_pa: f64) -> f64 {
 /// `k = k* / (1 + 2 (2−α)/α · 2γ/(γ+1) · Kn/Pr)` with `Kn = λ/L`. Daryabeigi drops one term of the denominator in the
 /// continuum and the other in free molecular flow. Both are used here at all Knudsen numbers: the difference is a few
 /// per cent, and the function has a continuous derivative.
-pub fn air_in_pores_w_m_k(temperature_k: f64, pressure_pa: f64, length_m: f64) -> f64 {
+pub fn air_conductivity_in_pores_w_m_k(temperature_k: f64, pressure_pa: f64, length_m: f64) -> f64 {
     let knudsen = air_mean_free_path_m(temperature_k, pressure_pa) / length_m;
-    let jump = 2.0 * (2.0 - ACCOMMODATION) / ACCOMMODATION * (2.0 * GAMMA / (GAMMA + 1.0)) / PRANDTL;
+    let jump =
+        2.0 * (2.0 - ACCOMMODATION_COEFFICIENT) / ACCOMMODATION_COEFFICIENT * (2.0 * GAMMA / (GAMMA + 1.0)) / PRANDTL;
     air_conductivity_w_m_k(temperature_k) / (1.0 + jump * knudsen)
 }
 
@@ -76,8 +79,9 @@ mod tests {
     #[test]
     fn air_in_wide_pores_conducts_as_free_air_and_in_narrow_pores_in_proportion_to_pressure() {
         let free = air_conductivity_w_m_k(300.0);
-        assert!((air_in_pores_w_m_k(300.0, 101_325.0, 1.0) / free - 1.0).abs() < 1e-6);
-        let (narrow, narrower) = (air_in_pores_w_m_k(300.0, 100.0, 1e-7), air_in_pores_w_m_k(300.0, 50.0, 1e-7));
+        assert!((air_conductivity_in_pores_w_m_k(300.0, 101_325.0, 1.0) / free - 1.0).abs() < 1e-6);
+        let (narrow, narrower) =
+            (air_conductivity_in_pores_w_m_k(300.0, 100.0, 1e-7), air_conductivity_in_pores_w_m_k(300.0, 50.0, 1e-7));
         assert!((narrow / narrower - 2.0).abs() < 1e-2, "free molecular conduction is proportional to pressure");
     }
 

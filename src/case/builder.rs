@@ -1,15 +1,15 @@
 //! Construction of a [`Case`] from values, with validation.
 
-use super::check::{Field, Names};
-use super::error::{CaseError, Faults};
+use super::error::{CaseError, Diagnostics};
 use super::exposure::{Exposure, Face};
 use super::factor::{Correlation, Factor};
-use super::gas::{GasFlow, GasPath, UNBLOWN, UNDRIVEN};
+use super::factor_targets::FactorTargets;
+use super::gas::{BACK_PRESSURE_NEEDS_DARCY, BLOWING_NEEDS_GAS, GasFlow, GasFlowModel};
 use super::layup::{Layup, Ply, Sensor};
 use super::observation::Observation;
 use super::resolution::Resolution;
-use super::scope::FactorScope;
-use super::{Case, Estimate};
+use super::validation::{FieldPath, UniqueNames};
+use super::{Case, EstimationSettings};
 
 /// The content of a case, not yet validated: [`build`](Self::build) does that.
 ///
@@ -68,7 +68,7 @@ pub struct CaseBuilder {
     /// As [`Case::observations`].
     pub observations: Vec<Observation>,
     /// As [`Case::estimate`].
-    pub estimate: Estimate,
+    pub estimate: EstimationSettings,
     /// As [`Case::paper_figures`].
     pub paper_figures: Vec<(String, Vec<usize>)>,
     /// As [`Case::resolution`].
@@ -91,7 +91,7 @@ impl CaseBuilder {
             factors: Vec::new(),
             correlation: Correlation::default(),
             observations: Vec::new(),
-            estimate: Estimate::default(),
+            estimate: EstimationSettings::default(),
             paper_figures: Vec::new(),
             resolution: Resolution::default(),
         }
@@ -102,11 +102,11 @@ impl CaseBuilder {
     /// # Errors
     /// All errors of the content, each with the path of its field: `layup.plies[2].thickness_m`.
     pub fn build(mut self) -> Result<Case, CaseError> {
-        let diagnostics = Faults::default();
-        self.check(&Field::root(&diagnostics));
-        diagnostics.settle(Ok(()))?;
+        let diagnostics = Diagnostics::default();
+        self.check(&FieldPath::root(&diagnostics));
+        diagnostics.into_result(Ok(()))?;
         for sensor in &mut self.sensors {
-            sensor.depth_m = self.layup.on_face_m(sensor.depth_m);
+            sensor.depth_m = self.layup.snap_to_face_m(sensor.depth_m);
         }
         let Self {
             id,
@@ -140,86 +140,86 @@ impl CaseBuilder {
         })
     }
 
-    fn check(&self, case: &Field<'_>) {
+    fn check(&self, case: &FieldPath<'_>) {
         case.not_blank("id", &self.id);
         case.not_blank("name", &self.name);
-        let has_depths = self.layup.check(&case.field("layup"));
-        self.exposure.check(&case.field("exposure"));
+        let has_depths = self.layup.check(&case.child("layup"));
+        self.exposure.check(&case.child("exposure"));
         let layup = has_depths.then_some(&self.layup);
-        self.check_sensors(&case.field("sensors"), layup);
+        self.check_sensors(&case.child("sensors"), layup);
         if has_depths {
             self.check_gas(case);
         }
-        for (at, factor) in case.field("factors").items(&self.factors) {
+        for (at, factor) in case.child("factors").elements(&self.factors) {
             factor.check(&at);
         }
         if has_depths {
-            let scope = FactorScope {
+            let scope = FactorTargets {
                 layup: &self.layup,
                 hot_face: &self.exposure.hot_face,
                 back_face: &self.exposure.back_face,
-                gas_path: self.gas.as_ref().map(|gas| gas.path),
+                gas_path: self.gas.as_ref().map(|gas| gas.model),
                 has_holder: self.exposure.holder.is_some(),
                 sensors: &self.sensors,
             };
-            scope.check(&case.field("factors"), &self.factors);
+            scope.check(&case.child("factors"), &self.factors);
         }
-        self.correlation.check(&case.field("correlation"), self.factors.len());
+        self.correlation.check(&case.child("correlation"), self.factors.len());
         let duration_s = self.exposure.duration_s;
-        self.check_observations(&case.field("observations"), duration_s);
-        self.estimate.check(&case.field("estimate"), &self.factors, self.sensors.len(), duration_s);
-        for (at, (_, numbers)) in case.field("paper_figures").items(&self.paper_figures) {
+        self.check_observations(&case.child("observations"), duration_s);
+        self.estimate.check(&case.child("estimate"), &self.factors, self.sensors.len(), duration_s);
+        for (at, (_, numbers)) in case.child("paper_figures").elements(&self.paper_figures) {
             for &number in numbers {
-                at.require(paper_figure(number as f64));
+                at.require(checked_figure_number(number as f64));
             }
         }
-        self.resolution.check(&case.field("resolution"), self.layup.plies.len(), duration_s);
+        self.resolution.check(&case.child("resolution"), self.layup.plies.len(), duration_s);
     }
 
-    fn check_sensors(&self, at: &Field<'_>, layup: Option<&Layup>) {
+    fn check_sensors(&self, at: &FieldPath<'_>, layup: Option<&Layup>) {
         if self.sensors.is_empty() {
-            at.fault("no sensor: expected at least one");
+            at.error("no sensor: expected at least one");
         }
-        let mut names = Names::of("sensor");
-        for (at, sensor) in at.items(&self.sensors) {
+        let mut names = UniqueNames::new("sensor");
+        for (at, sensor) in at.elements(&self.sensors) {
             sensor.check(&at, layup);
-            at.field("name").require(names.add(&sensor.name));
+            at.child("name").require(names.insert(&sensor.name));
         }
     }
 
     /// Consistency of gas, layup and faces.
-    fn check_gas(&self, case: &Field<'_>) {
-        let (exposure, at) = (&self.exposure, case.field("gas"));
+    fn check_gas(&self, case: &FieldPath<'_>) {
+        let (exposure, at) = (&self.exposure, case.child("gas"));
         match &self.gas {
             Some(gas) => gas.check(&at, &self.layup, exposure.back_pressure_pa.is_some()),
-            None if self.layup.plies.iter().any(Ply::makes_gas) => {
-                at.fault("a ply decomposes: expected a gas flow model")
+            None if self.layup.plies.iter().any(Ply::decomposes) => {
+                at.error("a ply decomposes: expected a gas flow model");
             }
             None => {}
         }
-        if exposure.back_pressure_pa.is_some() && self.gas.as_ref().is_none_or(|gas| gas.path != GasPath::Darcy) {
-            case.field("exposure.back_pressure_pa").fault(UNDRIVEN);
+        if exposure.back_pressure_pa.is_some() && self.gas.as_ref().is_none_or(|gas| gas.model != GasFlowModel::Darcy) {
+            case.child("exposure.back_pressure_pa").error(BACK_PRESSURE_NEEDS_DARCY);
         }
         let is_blown = matches!(&exposure.hot_face, Face::Open(open) if open.blowing > 0.0);
         if is_blown && self.gas.is_none() {
-            case.field("exposure.hot_face.blowing").fault(UNBLOWN);
+            case.child("exposure.hot_face.blowing").error(BLOWING_NEEDS_GAS);
         }
     }
 
-    fn check_observations(&self, at: &Field<'_>, duration_s: f64) {
+    fn check_observations(&self, at: &FieldPath<'_>, duration_s: f64) {
         let sensors: Vec<&str> = self.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
-        for (index, (at, observation)) in at.items(&self.observations).enumerate() {
+        for (index, (at, observation)) in at.elements(&self.observations).enumerate() {
             observation.check(&at, &sensors, duration_s);
             let sensor = observation.sensor;
             if self.observations[..index].iter().any(|other| other.sensor == sensor) {
-                at.field("sensor").fault(format!("duplicate observation of sensor {sensor}: expected one per sensor"));
+                at.child("sensor").error(format!("duplicate observation of sensor {sensor}: expected one per sensor"));
             }
         }
     }
 }
 
 /// The number of a figure in the paper.
-pub(super) fn paper_figure(number: f64) -> Result<usize, String> {
+pub(super) fn checked_figure_number(number: f64) -> Result<usize, String> {
     if number >= 1.0 && number.fract() == 0.0 {
         return Ok(number as usize);
     }

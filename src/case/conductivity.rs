@@ -1,9 +1,9 @@
 //! Conductivity over temperature and pressure: tables, or the sum of a solid, a gas and a radiative part.
 
-use super::air::air_in_pores_w_m_k;
-use super::check::{Field, positive};
-use super::table::{Table, is_times};
+use super::air::air_conductivity_in_pores_w_m_k;
+use super::table::{Table, is_multiple};
 use super::unit::Dimension;
+use super::validation::{FieldPath, positive};
 
 /// Conductivity over temperature and pressure, W/m/K.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub enum Conductivity {
     /// One table per pressure (Pa, increasing); linear in ln p between pressures, constant outside.
     Tables(Vec<(f64, Table)>),
     /// Solid + gas + radiation.
-    Parts(Parts),
+    ThreePart(ThreePartConductivity),
 }
 
 /// The three-part conductivity of a porous insulator.
@@ -22,14 +22,14 @@ pub enum Conductivity {
 /// fibrous and aerogel insulations and the Rosseland diffusion approximation for radiation.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Parts {
+pub struct ThreePartConductivity {
     /// k_s0 at 300 K, W/m/K.
     pub solid_w_m_k: f64,
     /// m, the exponent of the solid part.
     pub solid_exponent: f64,
     /// Pore classes: volume fraction φ (above one where gas bridges fibre contacts) and characteristic length L_c, m.
     pub pores: Vec<(f64, f64)>,
-    /// Rosseland extinction coefficient β, 1/m; `None` for no radiative part.
+    /// Rosseland extinction coefficient β, 1/m; `Scalar` for no radiative part.
     pub extinction_1_m: Option<f64>,
     /// Whether β is stated per mass and so is proportional to density.
     pub extinction_follows_density: bool,
@@ -42,7 +42,7 @@ const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
 impl Conductivity {
     /// The pressure of the next table, above the previous one and above zero, Pa.
-    pub(super) fn next_pa(last_pa: f64, pressure_pa: f64) -> Result<f64, String> {
+    pub(super) fn checked_next_pressure_pa(last_pa: f64, pressure_pa: f64) -> Result<f64, String> {
         if positive(pressure_pa, format_args!("a pressure of {pressure_pa} Pa"))? > last_pa {
             return Ok(pressure_pa);
         }
@@ -50,48 +50,48 @@ impl Conductivity {
     }
 
     /// Record all errors of the tables or parts.
-    pub(super) fn check(&self, at: &Field<'_>) {
+    pub(super) fn check(&self, at: &FieldPath<'_>) {
         match self {
-            Self::Tables(tables) if tables.is_empty() => at.fault("no table: expected at least one"),
+            Self::Tables(tables) if tables.is_empty() => at.error("no table: expected at least one"),
             Self::Tables(tables) => {
                 let mut last_pa = 0.0;
-                for (at, (pressure_pa, table)) in at.items(tables) {
-                    last_pa = at.require(Self::next_pa(last_pa, *pressure_pa)).unwrap_or(last_pa);
+                for (at, (pressure_pa, table)) in at.elements(tables) {
+                    last_pa = at.require(Self::checked_next_pressure_pa(last_pa, *pressure_pa)).unwrap_or(last_pa);
                     table.check(&at, Dimension::Conductivity);
                 }
             }
-            Self::Parts(parts) => parts.check(at),
+            Self::ThreePart(parts) => parts.check(at),
         }
     }
 
     /// The solid, gas and radiative parts, W/m/K; their sum is the conductivity. A table counts as solid.
     pub fn parts(&self, temperature_k: f64, pressure_pa: f64) -> [f64; 3] {
         match self {
-            Self::Tables(tables) => [between(tables, temperature_k, pressure_pa), 0.0, 0.0],
-            Self::Parts(parts) => parts.at(temperature_k, pressure_pa),
+            Self::Tables(tables) => [interpolate_in_log_pressure(tables, temperature_k, pressure_pa), 0.0, 0.0],
+            Self::ThreePart(parts) => parts.at(temperature_k, pressure_pa),
         }
     }
 
     /// The ratio to another conductivity, if it is constant over temperature and pressure and equal for all parts.
-    pub fn times(&self, other: &Self) -> Option<f64> {
+    pub fn constant_ratio_to(&self, other: &Self) -> Option<f64> {
         match (self, other) {
             (Self::Tables(own), Self::Tables(others)) => {
                 let pressures =
                     |tables: &[(f64, Table)]| tables.iter().map(|&(pressure_pa, _)| pressure_pa).collect::<Vec<_>>();
-                let mut all = own.iter().zip(others).map(|((_, own), (_, other))| own.times(other));
+                let mut all = own.iter().zip(others).map(|((_, own), (_, other))| own.constant_ratio_to(other));
                 let times = all.next()??;
                 let is_alike = pressures(own) == pressures(others)
-                    && all.all(|more| more.is_some_and(|more| is_times(more, 1.0, times)));
+                    && all.all(|more| more.is_some_and(|more| is_multiple(more, 1.0, times)));
                 is_alike.then_some(times)
             }
-            (Self::Parts(own), Self::Parts(other)) => own.times(other),
+            (Self::ThreePart(own), Self::ThreePart(other)) => own.constant_ratio_to(other),
             _ => None,
         }
     }
 
     /// Whether the extinction coefficient is proportional to density.
     pub fn extinction_follows_density(&self) -> bool {
-        matches!(self, Self::Parts(parts) if parts.extinction_follows_density)
+        matches!(self, Self::ThreePart(parts) if parts.extinction_follows_density)
     }
 
     /// Lowest and highest temperature for which it is known, K.
@@ -101,13 +101,13 @@ impl Conductivity {
                 let common = |(low, high): (f64, f64), (l, h): (f64, f64)| (low.max(l), high.min(h));
                 tables.iter().map(|(_, table)| table.range_k()).fold((f64::NEG_INFINITY, f64::INFINITY), common)
             }
-            Self::Parts(parts) => parts.range_k,
+            Self::ThreePart(parts) => parts.range_k,
         }
     }
 }
 
 /// Interpolation linear in ln p; constant outside the pressures of the tables.
-fn between(tables: &[(f64, Table)], temperature_k: f64, pressure_pa: f64) -> f64 {
+fn interpolate_in_log_pressure(tables: &[(f64, Table)], temperature_k: f64, pressure_pa: f64) -> f64 {
     let last = tables.len() - 1;
     let next = tables.partition_point(|&(pressure, _)| pressure <= pressure_pa);
     if next == 0 || next > last {
@@ -118,7 +118,7 @@ fn between(tables: &[(f64, Table)], temperature_k: f64, pressure_pa: f64) -> f64
     low.at(temperature_k) * (1.0 - share) + high.at(temperature_k) * share
 }
 
-impl Parts {
+impl ThreePartConductivity {
     /// Lowest and highest temperature of a fit, K.
     pub(super) fn checked_range_k((low_k, high_k): (f64, f64)) -> Result<(f64, f64), String> {
         if low_k < high_k {
@@ -128,35 +128,35 @@ impl Parts {
         }
     }
 
-    fn check(&self, at: &Field<'_>) {
+    fn check(&self, at: &FieldPath<'_>) {
         at.not_negative("solid_w_m_k", self.solid_w_m_k);
         at.finite("solid_exponent", self.solid_exponent);
-        for (at, &(share, length_m)) in at.field("pores").items(&self.pores) {
+        for (at, &(share, length_m)) in at.child("pores").elements(&self.pores) {
             at.require(positive(share, format_args!("a share of {share}")));
             at.require(positive(length_m, format_args!("a length of {length_m} m")));
         }
         if let Some(extinction_1_m) = self.extinction_1_m {
             at.positive("extinction_1_m", extinction_1_m);
         }
-        let range = at.field("range_k");
+        let range = at.child("range_k");
         for limit_k in [self.range_k.0, self.range_k.1] {
             range.require(positive(limit_k, limit_k));
         }
         range.require(Self::checked_range_k(self.range_k));
     }
 
-    fn times(&self, other: &Self) -> Option<f64> {
+    fn constant_ratio_to(&self, other: &Self) -> Option<f64> {
         let times = self.solid_w_m_k / other.solid_w_m_k;
         let lengths = |parts: &Self| parts.pores.iter().map(|&(_, length_m)| length_m).collect::<Vec<_>>();
         let extinction_scales = match (self.extinction_1_m, other.extinction_1_m) {
             (None, None) => true,
-            (Some(own), Some(other)) => is_times(other, own, times),
+            (Some(own), Some(other)) => is_multiple(other, own, times),
             _ => false,
         };
-        let is_alike = is_times(self.solid_w_m_k, other.solid_w_m_k, times)
+        let is_alike = is_multiple(self.solid_w_m_k, other.solid_w_m_k, times)
             && self.solid_exponent == other.solid_exponent
             && lengths(self) == lengths(other)
-            && self.pores.iter().zip(&other.pores).all(|((own, _), (other, _))| is_times(*own, *other, times))
+            && self.pores.iter().zip(&other.pores).all(|((own, _), (other, _))| is_multiple(*own, *other, times))
             && extinction_scales
             && self.extinction_follows_density == other.extinction_follows_density;
         is_alike.then_some(times)
@@ -164,7 +164,9 @@ impl Parts {
 
     fn at(&self, temperature_k: f64, pressure_pa: f64) -> [f64; 3] {
         let solid = self.solid_w_m_k * (temperature_k / 300.0).powf(self.solid_exponent);
-        let pore = |&(share, length_m): &(f64, f64)| share * air_in_pores_w_m_k(temperature_k, pressure_pa, length_m);
+        let pore = |&(share, length_m): &(f64, f64)| {
+            share * air_conductivity_in_pores_w_m_k(temperature_k, pressure_pa, length_m)
+        };
         let gas = self.pores.iter().map(pore).sum();
         let radiation = |extinction_1_m| 16.0 * STEFAN_BOLTZMANN * temperature_k.powi(3) / (3.0 * extinction_1_m);
         [solid, gas, self.extinction_1_m.map_or(0.0, radiation)]
@@ -178,13 +180,13 @@ mod tests {
 
     /// Material, pressure (Pa), temperatures (K) and conductivities (W/m/K) recorded when the parts were fitted,
     /// rounded to 1 mW/m/K for cloth and to 0.1 mW/m/K otherwise; half of the last digit is 1.3 %.
-    type Printed = (&'static str, f64, &'static [f64], &'static [f64]);
+    type RecordedConductivities = (&'static str, f64, &'static [f64], &'static [f64]);
 
     const CLOTH_K: &[f64] = &[300.0, 473.0, 673.0, 873.0, 1073.0, 1273.0, 1473.0, 1673.0];
     const AEROGEL_K: &[f64] = &[300.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1100.0, 1200.0, 1300.0];
     const FIBRE_K: &[f64] = &[300.0, 500.0, 700.0, 900.0, 1100.0, 1300.0, 1500.0];
 
-    const PRINTED: &[Printed] = &[
+    const RECORDED: &[RecordedConductivities] = &[
         ("nextel440_bf20", 101_325.0, CLOTH_K, &[0.088, 0.112, 0.135, 0.154, 0.171, 0.186, 0.200, 0.213]),
         ("nextel440_bf20", 8010.0, CLOTH_K, &[0.083, 0.101, 0.116, 0.126, 0.134, 0.140, 0.145, 0.149]),
         ("nextel440_bf20", 3100.0, CLOTH_K, &[0.076, 0.088, 0.096, 0.100, 0.103, 0.104, 0.105, 0.105]),
@@ -218,7 +220,7 @@ mod tests {
     ];
 
     /// The largest relative difference between the model and the recorded values.
-    fn worst(id: &str, pressure_pa: f64, temperatures_k: &[f64], printed: &[f64]) -> f64 {
+    fn largest_relative_difference(id: &str, pressure_pa: f64, temperatures_k: &[f64], printed: &[f64]) -> f64 {
         let material = Material::named(id).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(temperatures_k.len(), printed.len());
         let difference = |(&temperature_k, &printed): (&f64, &f64)| {
@@ -230,12 +232,12 @@ mod tests {
 
     #[test]
     fn fitted_parts_reproduce_the_recorded_conductivities() {
-        for &(id, pressure_pa, temperatures_k, printed) in PRINTED {
-            let worst = worst(id, pressure_pa, temperatures_k, printed);
+        for &(id, pressure_pa, temperatures_k, printed) in RECORDED {
+            let worst = largest_relative_difference(id, pressure_pa, temperatures_k, printed);
             assert!(worst < 0.013, "{id} at {pressure_pa} Pa: {worst}");
         }
-        let (id, _, temperatures_k, printed) = PRINTED[0];
-        assert!(worst(id, 8010.0, temperatures_k, printed) > 0.05, "a wrong pressure must show");
+        let (id, _, temperatures_k, printed) = RECORDED[0];
+        assert!(largest_relative_difference(id, 8010.0, temperatures_k, printed) > 0.05, "a wrong pressure must show");
     }
 
     #[test]

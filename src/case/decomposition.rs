@@ -10,11 +10,11 @@
 //! each consume the product of the previous one (s_j = ξ_{j−1}), and each has its own residue. The component model of
 //! CMA and FIAT is equivalent: with ξ = (ρ_v − ρ)/(ρ_v − ρ_c) its rate constant is A ((ρ_v − ρ_c)/ρ_v)^(m−1).
 
-use super::check::{Field, finite};
 use super::conductivity::Conductivity;
 use super::provenance::Provenance;
 use super::table::Table;
 use super::unit::Dimension;
+use super::validation::{FieldPath, finite};
 
 /// Gas constant, J/mol/K (CODATA 2018).
 pub const GAS_CONSTANT_J_MOL_K: f64 = 8.314_462_618;
@@ -26,12 +26,12 @@ pub struct Decomposition {
     /// At least one; consecutive reactions in their order.
     pub reactions: Vec<Reaction>,
     /// Parallel or consecutive reactions.
-    pub sequence: Sequence,
+    pub scheme: ReactionScheme,
     /// Parallel reactions: the char alone. Consecutive reactions: one residue each; the last is the char. Their
     /// densities follow from the mass losses.
     pub residues: Vec<Residue>,
     /// Rule for the properties of partly decomposed material.
-    pub mixing: Mixing,
+    pub mixture_rule: MixtureRule,
     /// How the heat of pyrolysis is stated.
     pub heat: PyrolysisHeat,
     /// Fraction of the thickness lost on complete reaction; before that in proportion to the mass loss.
@@ -45,16 +45,16 @@ pub struct Decomposition {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Reaction {
     /// Mass of gas on complete reaction, as a fraction of the virgin mass.
-    pub loss: f64,
+    pub mass_loss: f64,
     /// Pre-exponential factor A, 1/s.
-    pub rate_1_s: f64,
+    pub pre_exponential_1_s: f64,
     /// Activation energy E, J/mol.
     pub activation_j_mol: f64,
     /// Reaction order m.
     pub order: f64,
     /// Temperature below which the rate is zero, K; 0 for no onset.
-    pub onset_k: f64,
-    /// Heat of reaction per mass of gas, J/kg, positive if endothermic; used with [`PyrolysisHeat::OfReaction`].
+    pub onset_temperature_k: f64,
+    /// Heat of reaction per mass of gas, J/kg, positive if endothermic; used with [`PyrolysisHeat::HeatsOfReaction`].
     pub heat_j_kg: f64,
 }
 
@@ -62,22 +62,22 @@ pub struct Reaction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub enum Sequence {
+pub enum ReactionScheme {
     /// Parallel: every reaction consumes the virgin material and produces the char.
-    SideBySide,
+    Parallel,
     /// Consecutive: each reaction consumes the product of the previous one.
-    Chain,
+    Consecutive,
 }
 
-impl Sequence {
+impl ReactionScheme {
     /// Number of residues of `reactions` reactions, the char excluded.
-    pub(super) fn intermediates(self, reactions: usize) -> usize {
-        if self == Self::Chain { reactions.saturating_sub(1) } else { 0 }
+    pub(super) fn intermediate_count(self, reactions: usize) -> usize {
+        if self == Self::Consecutive { reactions.saturating_sub(1) } else { 0 }
     }
 
     /// Value of the key `sequence` in a material file.
-    pub(super) fn words(self) -> &'static str {
-        if self == Self::Chain { "chain" } else { "side-by-side" }
+    pub(super) fn key(self) -> &'static str {
+        if self == Self::Consecutive { "chain" } else { "side-by-side" }
     }
 }
 
@@ -85,11 +85,11 @@ impl Sequence {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub enum Mixing {
+pub enum MixtureRule {
     /// Mass fractions, as in PATO and FIAT for conductivity and emissivity.
-    Mass,
+    MassFractions,
     /// Volume fractions, as in Gpyro.
-    Volume,
+    VolumeFractions,
 }
 
 /// The heat of pyrolysis is stated either as absolute enthalpies or as heats of reaction.
@@ -99,7 +99,7 @@ pub enum Mixing {
 pub enum PyrolysisHeat {
     /// Absolute enthalpies of virgin material and residues at a reference temperature. The table of the gas must be
     /// absolute too.
-    Absolute {
+    AbsoluteEnthalpies {
         /// Enthalpy of the virgin material, J/kg.
         virgin_j_kg: f64,
         /// Enthalpy of each residue, J/kg.
@@ -108,7 +108,7 @@ pub enum PyrolysisHeat {
         reference_k: f64,
     },
     /// Heats of reaction; the gas carries sensible heat only.
-    OfReaction,
+    HeatsOfReaction,
 }
 
 /// The solid product of a reaction.
@@ -128,12 +128,12 @@ pub struct Residue {
 }
 
 impl Residue {
-    fn check(&self, at: &Field<'_>) {
+    fn check(&self, at: &FieldPath<'_>) {
         at.not_blank("name", &self.name);
-        self.heat_capacity.check(&at.field("heat_capacity"), Dimension::HeatCapacity);
-        self.conductivity.check(&at.field("conductivity"));
-        self.emissivity.check(&at.field("emissivity"), Dimension::Fraction);
-        self.pores.check(&at.field("pores"));
+        self.heat_capacity.check(&at.child("heat_capacity"), Dimension::HeatCapacity);
+        self.conductivity.check(&at.child("conductivity"));
+        self.emissivity.check(&at.child("emissivity"), Dimension::Fraction);
+        self.pores.check(&at.child("pores"));
     }
 }
 
@@ -153,7 +153,7 @@ pub struct Pores {
 
 impl Pores {
     /// Solid without pores.
-    pub const SEALED: Self = Self { porosity: 0.0, permeability_m2: 0.0, slip_pa_k: 0.0, inertia_1_m: 0.0 };
+    pub const IMPERMEABLE: Self = Self { porosity: 0.0, permeability_m2: 0.0, slip_pa_k: 0.0, inertia_1_m: 0.0 };
 
     /// The volume fraction of gas, from 0 to below 1.
     pub(super) fn checked_porosity(porosity: f64) -> Result<f64, String> {
@@ -164,7 +164,7 @@ impl Pores {
     }
 
     /// Require pores in a permeable material.
-    pub(super) fn passable(self) -> Result<Self, String> {
+    pub(super) fn check_permeable(self) -> Result<Self, String> {
         if self.permeability_m2 > 0.0 && self.porosity == 0.0 {
             let permeability_m2 = self.permeability_m2;
             return Err(format!("expected a porosity above 0 with a permeability of {permeability_m2} m², found 0"));
@@ -172,18 +172,18 @@ impl Pores {
         Ok(self)
     }
 
-    pub(super) fn check(&self, at: &Field<'_>) {
-        at.field("porosity").require(Self::checked_porosity(self.porosity));
+    pub(super) fn check(&self, at: &FieldPath<'_>) {
+        at.child("porosity").require(Self::checked_porosity(self.porosity));
         at.not_negative("permeability_m2", self.permeability_m2);
         at.not_negative("slip_pa_k", self.slip_pa_k);
         at.not_negative("inertia_1_m", self.inertia_1_m);
-        at.require(self.passable());
+        at.require(self.check_permeable());
     }
 }
 
 impl Reaction {
     /// Mass of gas per mass of virgin material, between 0 and 1.
-    pub(super) fn checked_loss(loss: f64) -> Result<f64, String> {
+    pub(super) fn checked_mass_loss(loss: f64) -> Result<f64, String> {
         if loss > 0.0 && loss < 1.0 {
             return Ok(loss);
         }
@@ -206,22 +206,23 @@ impl Reaction {
         Err(format!("expected an activation energy of 0 J/mol or more, found {activation_j_mol} J/mol"))
     }
 
-    fn check(&self, at: &Field<'_>, heat: &PyrolysisHeat) {
-        at.field("mass_loss").require(Self::checked_loss(self.loss));
-        at.positive("pre_exponential_1_s", self.rate_1_s);
-        at.field("activation_j_mol").require(Self::checked_activation(self.activation_j_mol));
-        at.field("order").require(Self::checked_order(self.order));
-        at.not_negative("onset_temperature_k", self.onset_k);
+    fn check(&self, at: &FieldPath<'_>, heat: &PyrolysisHeat) {
+        at.child("mass_loss").require(Self::checked_mass_loss(self.mass_loss));
+        at.positive("pre_exponential_1_s", self.pre_exponential_1_s);
+        at.child("activation_j_mol").require(Self::checked_activation(self.activation_j_mol));
+        at.child("order").require(Self::checked_order(self.order));
+        at.not_negative("onset_temperature_k", self.onset_temperature_k);
         at.finite("heat_j_kg", self.heat_j_kg);
-        if self.heat_j_kg != 0.0 && *heat != PyrolysisHeat::OfReaction {
-            at.field("heat_j_kg").fault(PyrolysisHeat::NONE_OF_REACTION);
+        if self.heat_j_kg != 0.0 && *heat != PyrolysisHeat::HeatsOfReaction {
+            at.child("heat_j_kg").error(PyrolysisHeat::ABSOLUTE_EXCLUDES_REACTION_HEAT);
         }
     }
 }
 
 impl PyrolysisHeat {
     /// Error for a heat of reaction together with absolute enthalpies.
-    pub(super) const NONE_OF_REACTION: &str = "expected no heat of reaction: the absolute enthalpies include it";
+    pub(super) const ABSOLUTE_EXCLUDES_REACTION_HEAT: &str =
+        "expected no heat of reaction: the absolute enthalpies include it";
 }
 
 impl Decomposition {
@@ -234,8 +235,8 @@ impl Decomposition {
     }
 
     /// Require that some char remains.
-    pub(super) fn leave_char(reactions: &[Reaction]) -> Result<(), String> {
-        let lost: f64 = reactions.iter().map(|reaction| reaction.loss).sum();
+    pub(super) fn check_char_remains(reactions: &[Reaction]) -> Result<(), String> {
+        let lost: f64 = reactions.iter().map(|reaction| reaction.mass_loss).sum();
         if lost < 1.0 {
             return Ok(());
         }
@@ -245,56 +246,56 @@ impl Decomposition {
     }
 
     /// Record all errors of reactions and residues.
-    pub(super) fn check(&self, at: &Field<'_>) {
-        let reactions = at.field("reactions");
+    pub(super) fn check(&self, at: &FieldPath<'_>) {
+        let reactions = at.child("reactions");
         if self.reactions.is_empty() {
-            reactions.fault("no reaction: expected at least one");
+            reactions.error("no reaction: expected at least one");
         }
-        for (at, reaction) in reactions.items(&self.reactions) {
+        for (at, reaction) in reactions.elements(&self.reactions) {
             reaction.check(&at, &self.heat);
         }
-        reactions.require(Self::leave_char(&self.reactions));
-        let residues = at.field("residues");
-        for (at, residue) in residues.items(&self.residues) {
+        reactions.require(Self::check_char_remains(&self.reactions));
+        let residues = at.child("residues");
+        for (at, residue) in residues.elements(&self.residues) {
             residue.check(&at);
         }
         let (count, found) = (self.reactions.len(), self.residues.len());
-        let wanted = self.sequence.intermediates(count) + 1;
+        let wanted = self.scheme.intermediate_count(count) + 1;
         if found != wanted {
-            let sequence = self.sequence.words();
-            residues.fault(format!("expected {wanted} residues of {count} reactions ({sequence}), found {found}"));
+            let sequence = self.scheme.key();
+            residues.error(format!("expected {wanted} residues of {count} reactions ({sequence}), found {found}"));
         }
-        if let PyrolysisHeat::Absolute { virgin_j_kg, residues_j_kg, reference_k } = &self.heat {
-            let at = at.field("heat");
+        if let PyrolysisHeat::AbsoluteEnthalpies { virgin_j_kg, residues_j_kg, reference_k } = &self.heat {
+            let at = at.child("heat");
             at.finite("virgin_j_kg", *virgin_j_kg);
             at.positive("reference_k", *reference_k);
-            let residues = at.field("residues_j_kg");
+            let residues = at.child("residues_j_kg");
             residues.require_each(residues_j_kg, |&enthalpy_j_kg| finite(enthalpy_j_kg, enthalpy_j_kg));
             if residues_j_kg.len() != found {
-                residues.fault(format!(
+                residues.error(format!(
                     "expected one enthalpy for each of {found} residues, found {}",
                     residues_j_kg.len()
                 ));
             }
         }
-        at.field("shrinkage").require(Self::checked_shrinkage(self.shrinkage));
-        self.provenance.check(&at.field("provenance"));
+        at.child("shrinkage").require(Self::checked_shrinkage(self.shrinkage));
+        self.provenance.check(&at.child("provenance"));
     }
 
     /// Fraction of the virgin mass that becomes gas on complete reaction.
-    pub fn loss(&self) -> f64 {
-        self.reactions.iter().map(|reaction| reaction.loss).sum()
+    pub fn mass_loss(&self) -> f64 {
+        self.reactions.iter().map(|reaction| reaction.mass_loss).sum()
     }
 
     /// Density of each residue after it has replaced all virgin material, per virgin volume, kg/m³.
     pub fn residue_densities_kg_m3(&self, virgin_kg_m3: f64) -> Vec<f64> {
-        match self.sequence {
-            Sequence::SideBySide => vec![virgin_kg_m3 * (1.0 - self.loss())],
-            Sequence::Chain => self
+        match self.scheme {
+            ReactionScheme::Parallel => vec![virgin_kg_m3 * (1.0 - self.mass_loss())],
+            ReactionScheme::Consecutive => self
                 .reactions
                 .iter()
                 .scan(1.0, |left, reaction| {
-                    *left -= reaction.loss;
+                    *left -= reaction.mass_loss;
                     Some(virgin_kg_m3 * *left)
                 })
                 .collect(),

@@ -8,24 +8,24 @@ use std::sync::Arc;
 /// A position in a file, or the path of a field.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
-pub struct Place {
+pub struct SourceLocation {
     /// A file as the user named it, an override such as `--set pressure=3 kPa`, or the path of a field of a
     /// [`CaseBuilder`](super::CaseBuilder) such as `layup.plies[2].thickness_m`.
     pub file: Arc<str>,
-    /// Line and column, counted from one, the column in characters; `None` for the whole file.
-    pub at: Option<(usize, usize)>,
+    /// Line and column, counted from one, the column in characters; `Scalar` for the whole file.
+    pub line_column: Option<(usize, usize)>,
 }
 
-impl Place {
+impl SourceLocation {
     /// A whole file, an override or a field.
-    pub fn whole(file: impl Into<Arc<str>>) -> Self {
-        Self { file: file.into(), at: None }
+    pub fn without_line(file: impl Into<Arc<str>>) -> Self {
+        Self { file: file.into(), line_column: None }
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.at {
+        match self.line_column {
             Some((line, column)) => write!(f, "{}:{line}:{column}", self.file),
             None => write!(f, "{}", self.file),
         }
@@ -35,21 +35,21 @@ impl fmt::Display for Place {
 /// One error of a case.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
-pub struct Fault {
+pub struct Diagnostic {
     /// Its position.
-    pub place: Place,
+    pub location: SourceLocation,
     /// The error, the value found and the value expected; a fragment in lower case.
     pub message: String,
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.place, self.message)
+        write!(f, "{}: {}", self.location, self.message)
     }
 }
 
 /// The message for a file that cannot be read; a fragment in lower case.
-pub fn unreadable(error: &io::Error) -> String {
+pub fn unreadable_file_message(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "no such file".to_owned(),
         ErrorKind::IsADirectory => "is a folder: expected a file".to_owned(),
@@ -62,15 +62,15 @@ pub fn unreadable(error: &io::Error) -> String {
 #[non_exhaustive]
 pub struct CaseError {
     /// Sorted by file and line, or by field path.
-    pub faults: Vec<Fault>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 impl fmt::Display for CaseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for fault in &self.faults {
+        for fault in &self.diagnostics {
             writeln!(f, "{fault}")?;
         }
-        match self.faults.len() {
+        match self.diagnostics.len() {
             1 => write!(f, "1 error"),
             count => write!(f, "{count} errors"),
         }
@@ -79,29 +79,29 @@ impl fmt::Display for CaseError {
 
 /// Proof that an error was recorded, as `ErrorGuaranteed` of the Rust compiler.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Faulty(());
+pub(super) struct ErrorReported(());
 
 /// The result of reading a value: its error is recorded, not returned.
-pub(super) type Read<T> = Result<T, Faulty>;
+pub(super) type ReadResult<T> = Result<T, ErrorReported>;
 
 /// The errors recorded so far. Reading continues after an error, so that one run reports all of them.
 #[derive(Debug, Default)]
-pub(super) struct Faults(RefCell<Vec<Fault>>);
+pub(super) struct Diagnostics(RefCell<Vec<Diagnostic>>);
 
-impl Faults {
-    pub(super) fn record(&self, place: &Place, message: impl Into<String>) -> Faulty {
-        self.0.borrow_mut().push(Fault { place: place.clone(), message: message.into() });
-        Faulty(())
+impl Diagnostics {
+    pub(super) fn record(&self, place: &SourceLocation, message: impl Into<String>) -> ErrorReported {
+        self.0.borrow_mut().push(Diagnostic { location: place.clone(), message: message.into() });
+        ErrorReported(())
     }
 
     /// The value if no error was recorded, else all errors, sorted and without duplicates.
-    pub(super) fn settle<T>(self, read: Read<T>) -> Result<T, CaseError> {
+    pub(super) fn into_result<T>(self, read: ReadResult<T>) -> Result<T, CaseError> {
         let mut faults = self.0.into_inner();
         faults.sort();
         faults.dedup();
         match read {
             Ok(value) if faults.is_empty() => Ok(value),
-            _ => Err(CaseError { faults }),
+            _ => Err(CaseError { diagnostics: faults }),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Initial temperature and boundary conditions of a layup.
 
-use super::check::{Field, positive};
-use super::table::{Schedule, rising};
+use super::table::{Schedule, checked_increasing};
 use super::unit::Dimension;
+use super::validation::{FieldPath, positive};
 
 /// Initial and boundary conditions of a layup.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Exposure {
     pub initial_k: Vec<(f64, f64)>,
     /// Gas pressure at the hot face, Pa. Without Darcy flow it is the pressure of the whole layup, used in k(T, p).
     pub pressure_pa: Schedule,
-    /// Gas pressure at a permeable back face, Pa; `None` for a sealed one.
+    /// Gas pressure at a permeable back face, Pa; `Scalar` for a sealed one.
     pub back_pressure_pa: Option<Schedule>,
     /// Lateral heat loss.
     pub holder: Option<Holder>,
@@ -42,14 +42,14 @@ pub enum Face {
 pub struct OpenFace {
     /// Cold-wall heat flux, W/m².
     pub flux_w_m2: Schedule,
-    /// Recovery enthalpy of the hot-wall correction, J/kg; `None` leaves the flux as given.
+    /// Recovery enthalpy of the hot-wall correction, J/kg; `Scalar` leaves the flux as given.
     pub recovery_enthalpy_j_kg: Option<f64>,
     /// Incident radiant flux, W/m²; the absorptivity equals the emissivity (grey surface).
     pub radiant_w_m2: Schedule,
     /// Film coefficient, W/m²/K.
     pub film_w_m2_k: f64,
     /// Whether a heating factor scales the film: yes if convection heats the face, no if it cools it.
-    pub film_heats: bool,
+    pub heating_scales_film: bool,
     /// Gas temperature of the film, K.
     pub gas_k: Schedule,
     /// Emissivity and absorptivity.
@@ -84,7 +84,7 @@ pub enum Emissivity {
 
 impl Emissivity {
     /// A constant emissivity, 0 to 1.
-    pub(super) fn checked(constant: f64) -> Result<Self, String> {
+    pub(super) fn checked_constant(constant: f64) -> Result<Self, String> {
         if (0.0..=1.0).contains(&constant) {
             return Ok(Self::Constant(constant));
         }
@@ -93,7 +93,7 @@ impl Emissivity {
 }
 
 impl Face {
-    fn check(&self, at: &Field<'_>) {
+    fn check(&self, at: &FieldPath<'_>) {
         match self {
             Self::Held(temperature_k) => temperature_k.check(at, Dimension::Temperature),
             Self::Open(open) => open.check(at),
@@ -113,17 +113,17 @@ impl OpenFace {
         Ok(lambda)
     }
 
-    fn check(&self, at: &Field<'_>) {
+    fn check(&self, at: &FieldPath<'_>) {
         if let Some(recovery_j_kg) = self.recovery_enthalpy_j_kg {
             at.positive("recovery_enthalpy_j_kg", recovery_j_kg);
         }
         at.not_negative("film_w_m2_k", self.film_w_m2_k);
-        self.gas_k.check(&at.field("gas_k"), Dimension::Temperature);
+        self.gas_k.check(&at.child("gas_k"), Dimension::Temperature);
         if let Emissivity::Constant(constant) = self.emissivity {
-            at.field("emissivity").require(Emissivity::checked(constant));
+            at.child("emissivity").require(Emissivity::checked_constant(constant));
         }
-        self.surroundings_k.check(&at.field("surroundings_k"), Dimension::Surroundings);
-        at.field("blowing").require(Self::checked_blowing(self.blowing, self.recovery_enthalpy_j_kg.is_some()));
+        self.surroundings_k.check(&at.child("surroundings_k"), Dimension::Surroundings);
+        at.child("blowing").require(Self::checked_blowing(self.blowing, self.recovery_enthalpy_j_kg.is_some()));
     }
 
     /// An adiabatic face.
@@ -133,7 +133,7 @@ impl OpenFace {
             recovery_enthalpy_j_kg: None,
             radiant_w_m2: Schedule::constant(0.0),
             film_w_m2_k: 0.0,
-            film_heats: false,
+            heating_scales_film: false,
             gas_k: Schedule::constant(300.0),
             emissivity: Emissivity::Constant(0.0),
             surroundings_k: Schedule::constant(300.0),
@@ -153,31 +153,31 @@ impl OpenFace {
 
 impl Exposure {
     /// Record all errors of the fields.
-    pub(super) fn check(&self, at: &Field<'_>) {
+    pub(super) fn check(&self, at: &FieldPath<'_>) {
         at.positive("duration_s", self.duration_s);
-        let initial = at.field("initial_k");
+        let initial = at.child("initial_k");
         if self.initial_k.is_empty() {
-            initial.fault("no initial temperature: expected at least one point");
+            initial.error("no initial temperature: expected at least one point");
         }
         let mut last_m = f64::NEG_INFINITY;
         initial.require_each(&self.initial_k, |&(depth_m, temperature_k)| {
-            last_m = rising("depth", last_m, depth_m, false)?;
+            last_m = checked_increasing("depth", last_m, depth_m, false)?;
             positive(temperature_k, format_args!("a temperature of {temperature_k} K"))
         });
-        at.field("pressure_pa").require(self.pressure_pa.check_pressure());
-        at.field("back_pressure_pa").require(self.back_pressure_pa.as_ref().map_or(Ok(()), Schedule::check_pressure));
+        at.child("pressure_pa").require(self.pressure_pa.check_pressure());
+        at.child("back_pressure_pa").require(self.back_pressure_pa.as_ref().map_or(Ok(()), Schedule::check_pressure));
         if let Some(holder) = &self.holder {
-            let at = at.field("holder");
+            let at = at.child("holder");
             at.positive("conductance_w_m3_k", holder.conductance_w_m3_k);
-            holder.temperature_k.check(&at.field("temperature_k"), Dimension::Temperature);
+            holder.temperature_k.check(&at.child("temperature_k"), Dimension::Temperature);
         }
-        self.hot_face.check(&at.field("hot_face"));
-        self.back_face.check(&at.field("back_face"));
+        self.hot_face.check(&at.child("hot_face"));
+        self.back_face.check(&at.child("back_face"));
     }
 
     /// Lower bound of all temperatures without endothermic reactions, K: the lowest of the initial, gas, surroundings
     /// and holder temperatures, or 0 if an imposed flux can cool.
-    pub fn coldest_k(&self) -> f64 {
+    pub fn lower_temperature_bound_k(&self) -> f64 {
         let lowest = |schedule: &Schedule| schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
         let of_face = |face: &Face| match face {
             Face::Held(temperature_k) => lowest(temperature_k),
@@ -195,7 +195,7 @@ impl Exposure {
     }
 
     /// Initial temperature at a depth below the hot face, K.
-    pub fn initial_at(&self, depth_m: f64) -> f64 {
+    pub fn initial_temperature_k(&self, depth_m: f64) -> f64 {
         let points = &self.initial_k;
         let next = points.partition_point(|&(depth, _)| depth <= depth_m);
         if next == 0 {
@@ -226,7 +226,7 @@ mod tests {
                 hot_face: Face::Open(open.clone()),
                 back_face: Face::Held(Schedule { times_s: vec![0.0, 1.0], values: vec![500.0, 275.0] }),
             };
-            exposure.coldest_k()
+            exposure.lower_temperature_bound_k()
         };
         assert_eq!([of(270.0, &open, None), of(300.0, &open, None)], [270.0, 275.0]);
         open.gas_k = Schedule::constant(250.0);

@@ -1,6 +1,6 @@
 //! Scale factors: the parameters that are varied, estimated and uncertain.
 
-use super::check::{Field, index, positive};
+use super::validation::{FieldPath, checked_index, positive};
 
 /// A multiplier of one property of a group of plies, of the exposure or of a sensor depth.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Factor {
     pub group: String,
     /// The property to scale.
     pub property: Property,
-    /// The state whose conductivity is scaled, `virgin` or the name of a residue; `None` for all states.
+    /// The state whose conductivity is scaled, `virgin` or the name of a residue; `Scalar` for all states.
     pub state: Option<String>,
     /// Value in the nominal member, within the small side constraints.
     pub nominal: f64,
@@ -43,7 +43,7 @@ pub enum Property {
     /// Thickness of each ply of the group.
     Thickness,
     /// Pre-exponential factors of all reactions.
-    Kinetics,
+    PreExponential,
     /// Activation energies of all reactions.
     ActivationEnergy,
     /// Heats of all reactions; not available with absolute enthalpies.
@@ -55,13 +55,13 @@ pub enum Property {
     /// Heat flux and radiant flux of the hot face; also its film if the face is convective.
     Heating,
     /// Contact conductance of the interfaces below the plies of the group; of all interfaces without a group.
-    Contact,
+    ContactConductance,
     /// Convection and radiation of the back face.
-    Loss,
+    BackFaceLoss,
     /// Conductance to the holder.
-    Holder,
+    HolderLoss,
     /// Depth of the sensor that `group` names.
-    Depth,
+    SensorDepth,
 }
 
 /// All properties in the order of the enum: property, key in a case file, name in a sentence.
@@ -74,27 +74,27 @@ const PROPERTIES: [(Property, &str, &str); 18] = [
     (Property::Density, "density", "density"),
     (Property::Emissivity, "emissivity", "emissivity"),
     (Property::Thickness, "thickness", "thickness"),
-    (Property::Kinetics, "kinetics", "rates of reaction"),
+    (Property::PreExponential, "kinetics", "rates of reaction"),
     (Property::ActivationEnergy, "activation_energy", "activation energies"),
     (Property::PyrolysisHeat, "pyrolysis_heat", "heat of pyrolysis"),
     (Property::CharYield, "char_yield", "char yield"),
     (Property::Permeability, "permeability", "permeability"),
     (Property::Heating, "heating", "heating of the hot face"),
-    (Property::Contact, "contact", "contact conductance"),
-    (Property::Loss, "loss", "losses from the back face"),
-    (Property::Holder, "holder", "losses to the holder"),
-    (Property::Depth, "depth", "depth"),
+    (Property::ContactConductance, "contact", "contact conductance"),
+    (Property::BackFaceLoss, "loss", "losses from the back face"),
+    (Property::HolderLoss, "holder", "losses to the holder"),
+    (Property::SensorDepth, "depth", "depth"),
 ];
 
 impl Property {
     /// Key in a case file: `heat_capacity`.
     pub fn key(self) -> &'static str {
-        self.row().1
+        self.entry().1
     }
 
     /// Name in a sentence: `heat capacity`.
-    pub fn words(self) -> &'static str {
-        self.row().2
+    pub fn label(self) -> &'static str {
+        self.entry().2
     }
 
     /// The keys of all properties.
@@ -107,28 +107,28 @@ impl Property {
         PROPERTIES.iter().find(|(_, known, _)| *known == key).map(|(property, ..)| *property)
     }
 
-    fn row(self) -> &'static (Self, &'static str, &'static str) {
+    fn entry(self) -> &'static (Self, &'static str, &'static str) {
         // A test below checks that the order is the order of the enum.
         &PROPERTIES[self as usize]
     }
 
     /// Whether a factor on it may have a group: of plies, or a sensor.
-    pub(super) fn has_group(self) -> bool {
-        !matches!(self, Self::Heating | Self::Loss | Self::Holder)
+    pub(super) fn allows_group(self) -> bool {
+        !matches!(self, Self::Heating | Self::BackFaceLoss | Self::HolderLoss)
     }
 
     /// Whether a factor on it must have a group.
     pub(super) fn needs_group(self) -> bool {
-        self.has_group() && self != Self::Contact
+        self.allows_group() && self != Self::ContactConductance
     }
 
     /// Whether it is a conductivity or a part of one, which can be scaled in one state only.
     pub fn is_conductivity(self) -> bool {
-        self == Self::Conductivity || self.is_part()
+        self == Self::Conductivity || self.is_conductivity_part()
     }
 
     /// Whether it is a part of a conductivity.
-    pub fn is_part(self) -> bool {
+    pub fn is_conductivity_part(self) -> bool {
         matches!(self, Self::ConductivitySolid | Self::ConductivityGas | Self::ConductivityRadiative)
     }
 }
@@ -140,7 +140,7 @@ impl Property {
 pub struct Correlation {
     pairs: Vec<(usize, usize, f64)>,
     /// Cholesky factor of the correlation matrix: rows of the lower triangle.
-    rows: Vec<Vec<f64>>,
+    cholesky_rows: Vec<Vec<f64>>,
 }
 
 impl Correlation {
@@ -154,7 +154,11 @@ impl Correlation {
             return Ok(Self::default());
         }
         for (position, &(one, other, value)) in pairs.iter().enumerate() {
-            Self::checked_pair(index(one, factors, "factor")?, index(other, factors, "factor")?, &pairs[..position])?;
+            Self::checked_pair(
+                checked_index(one, factors, "factor")?,
+                checked_index(other, factors, "factor")?,
+                &pairs[..position],
+            )?;
             Self::checked_value(value)?;
         }
         let correlation = |a: usize, b: usize| {
@@ -177,7 +181,7 @@ impl Correlation {
             row.push(pivot.sqrt());
             rows.push(row);
         }
-        Ok(Self { pairs: pairs.to_vec(), rows })
+        Ok(Self { pairs: pairs.to_vec(), cholesky_rows: rows })
     }
 
     /// A pair of different factors that is not among the previous pairs.
@@ -204,15 +208,15 @@ impl Correlation {
     }
 
     /// Record an error if the size of the matrix is not the number of factors.
-    pub(super) fn check(&self, at: &Field<'_>, factors: usize) {
-        if !self.is_none() && self.rows.len() != factors {
-            at.fault(format!("expected correlations of {factors} factors, found {}", self.rows.len()));
+    pub(super) fn check(&self, at: &FieldPath<'_>, factors: usize) {
+        if !self.is_empty() && self.cholesky_rows.len() != factors {
+            at.error(format!("expected correlations of {factors} factors, found {}", self.cholesky_rows.len()));
         }
     }
 
     /// Whether the factors are independent.
-    pub fn is_none(&self) -> bool {
-        self.rows.is_empty()
+    pub fn is_empty(&self) -> bool {
+        self.cholesky_rows.is_empty()
     }
 
     /// Pairs of factor indices with their correlation.
@@ -221,8 +225,8 @@ impl Correlation {
     }
 
     /// Cholesky factor of the correlation matrix: rows of the lower triangle; empty for independent factors.
-    pub fn rows(&self) -> &[Vec<f64>] {
-        &self.rows
+    pub fn cholesky_rows(&self) -> &[Vec<f64>] {
+        &self.cholesky_rows
     }
 }
 
@@ -253,7 +257,7 @@ impl Bounds {
 }
 
 impl Factor {
-    /// A name that `--set NAME=VALUE` and `--start NAME=VALUE,…` can parse.
+    /// A name that `--set MAX_NAME_CHARS=VALUE` and `--start MAX_NAME_CHARS=VALUE,…` can parse.
     pub(super) fn checked_name(name: &str) -> Result<&str, String> {
         if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
             return Ok(name);
@@ -292,15 +296,15 @@ impl Factor {
     }
 
     /// Record all errors of name, bounds and nominal value.
-    pub(super) fn check(&self, at: &Field<'_>) {
-        at.field("name").require(Self::checked_name(&self.name));
-        let small = at.field("small").require(Self::checked_bounds(self.small));
-        let large = at.field("large").require(Self::checked_bounds(self.large));
+    pub(super) fn check(&self, at: &FieldPath<'_>) {
+        at.child("name").require(Self::checked_name(&self.name));
+        let small = at.child("small").require(Self::checked_bounds(self.small));
+        let large = at.child("large").require(Self::checked_bounds(self.large));
         if let Some((small, large)) = small.zip(large) {
-            at.field("large").require(Self::checked_large(large, small));
+            at.child("large").require(Self::checked_large(large, small));
         }
         if let Some(small) = small {
-            at.field("nominal").require(Self::checked_nominal(self.nominal, small));
+            at.child("nominal").require(Self::checked_nominal(self.nominal, small));
         }
     }
 
@@ -314,13 +318,13 @@ impl Factor {
 
     /// Standard deviation, a quarter of the width of the side constraints: they lie two standard deviations from their
     /// middle, as in the paper.
-    pub fn deviation(&self, bounds: Bounds) -> f64 {
+    pub fn prior_standard_deviation(&self, bounds: Bounds) -> f64 {
         let (low, high) = self.bounds(bounds);
         (high - low) / 4.0
     }
 
     /// The lowest and the highest value that the small or the large side constraints allow.
-    pub fn widest(&self) -> (f64, f64) {
+    pub fn widest_bounds(&self) -> (f64, f64) {
         (self.small.0.min(self.large.0), self.small.1.max(self.large.1))
     }
 }

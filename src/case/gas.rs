@@ -1,11 +1,11 @@
 //! The gas in the pores of a layup and its transport.
 
-use super::check::Field;
 use super::decomposition::PyrolysisHeat;
 use super::layup::{Layup, Ply};
 use super::provenance::Provenance;
 use super::table::{OutOfRange, Table};
 use super::unit::Dimension;
+use super::validation::FieldPath;
 use std::sync::Arc;
 
 /// Properties of a gas over temperature, at about the pressure of the case.
@@ -48,14 +48,14 @@ impl Gas {
         }
     }
 
-    fn check(&self, at: &Field<'_>) {
+    fn check(&self, at: &FieldPath<'_>) {
         at.not_blank("id", &self.id);
-        self.molar_mass.check(&at.field("molar_mass"), Dimension::MolarMass);
-        let enthalpy = at.field("enthalpy");
+        self.molar_mass.check(&at.child("molar_mass"), Dimension::MolarMass);
+        let enthalpy = at.child("enthalpy");
         self.enthalpy.check(&enthalpy, Dimension::SpecificEnthalpy);
         enthalpy.require(Self::check_enthalpy(&self.enthalpy));
-        self.viscosity.check(&at.field("viscosity"), Dimension::Viscosity);
-        self.provenance.check(&at.field("provenance"));
+        self.viscosity.check(&at.child("viscosity"), Dimension::Viscosity);
+        self.provenance.check(&at.child("provenance"));
     }
 }
 
@@ -64,7 +64,7 @@ impl Gas {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GasFlow {
     /// Transport model.
-    pub path: GasPath,
+    pub model: GasFlowModel,
     /// The gas.
     pub gas: Arc<Gas>,
 }
@@ -73,9 +73,9 @@ pub struct GasFlow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub enum GasPath {
+pub enum GasFlowModel {
     /// Pyrolysis gas leaves at the hot face at once, without heat exchange with the solid.
-    Unhindered,
+    Instantaneous,
     /// Pyrolysis gas flows to the hot face without storage, in thermal equilibrium with the solid (CMA, FIAT).
     QuasiSteady,
     /// Darcy's law with storage in the pores.
@@ -83,17 +83,20 @@ pub enum GasPath {
 }
 
 /// Error for a back-face pressure without Darcy flow.
-pub(super) const UNDRIVEN: &str = "a back-face pressure needs Darcy flow: expected [gas] with `flow = \"darcy\"`";
+pub(super) const BACK_PRESSURE_NEEDS_DARCY: &str =
+    "a back-face pressure needs Darcy flow: expected [gas] with `flow = \"darcy\"`";
 
 /// Error for a blowing correction without gas.
-pub(super) const UNBLOWN: &str = "blowing needs gas that leaves the layup: expected a ply that decomposes, or [gas]";
+pub(super) const BLOWING_NEEDS_GAS: &str =
+    "blowing needs gas that leaves the layup: expected a ply that decomposes, or [gas]";
 
 impl GasFlow {
     /// Require an absolute gas enthalpy if a ply has absolute enthalpies.
-    pub(super) fn check_level(gas: &Gas, layup: &Layup) -> Result<(), String> {
+    pub(super) fn check_enthalpy_reference(gas: &Gas, layup: &Layup) -> Result<(), String> {
         let absolute = |ply: &&Ply| {
             let decomposition = ply.material.decomposition.as_ref();
-            decomposition.is_some_and(|decomposition| matches!(decomposition.heat, PyrolysisHeat::Absolute { .. }))
+            decomposition
+                .is_some_and(|decomposition| matches!(decomposition.heat, PyrolysisHeat::AbsoluteEnthalpies { .. }))
         };
         match layup.plies.iter().find(absolute) {
             Some(ply) if !gas.enthalpy_is_absolute => Err(format!(
@@ -107,10 +110,10 @@ impl GasFlow {
 
     /// Require that the model fits the layup: a ply that decomposes, or the permeabilities of Darcy flow and a
     /// permeable way out for the gas of every ply that decomposes.
-    pub(super) fn check_path(path: GasPath, layup: &Layup, is_back_open: bool) -> Result<(), String> {
+    pub(super) fn check_model(path: GasFlowModel, layup: &Layup, is_back_open: bool) -> Result<(), String> {
         let plies = &layup.plies;
-        if path != GasPath::Darcy {
-            if plies.iter().any(Ply::makes_gas) {
+        if path != GasFlowModel::Darcy {
+            if plies.iter().any(Ply::decomposes) {
                 return Ok(());
             }
             return Err("no ply decomposes: expected `decomposition = true`, or `flow = \"darcy\"`".to_owned());
@@ -120,11 +123,11 @@ impl GasFlow {
             return Err(format!("Darcy flow needs the permeability of ply {name:?}: material {id:?} has no [pores]"));
         }
         let sealed_above = |index: usize| {
-            let above = plies[..=index].iter().rev().find(|ply| is_sealed(ply))?;
-            let below = plies[index..].iter().find(|ply| is_sealed(ply));
+            let above = plies[..=index].iter().rev().find(|ply| is_impermeable(ply))?;
+            let below = plies[index..].iter().find(|ply| is_impermeable(ply));
             (!is_back_open || below.is_some()).then_some(above)
         };
-        let mut makes_gas = plies.iter().enumerate().filter(|(_, ply)| ply.makes_gas());
+        let mut makes_gas = plies.iter().enumerate().filter(|(_, ply)| ply.decomposes());
         let Some((ply, above)) = makes_gas.find_map(|(index, ply)| Some((&ply.name, &sealed_above(index)?.name)))
         else {
             return Ok(());
@@ -139,16 +142,16 @@ impl GasFlow {
     }
 
     /// Record all errors of the gas and its transport in a layup.
-    pub(super) fn check(&self, at: &Field<'_>, layup: &Layup, is_back_open: bool) {
-        let gas = at.field("gas");
+    pub(super) fn check(&self, at: &FieldPath<'_>, layup: &Layup, is_back_open: bool) {
+        let gas = at.child("gas");
         self.gas.check(&gas);
-        gas.require(Self::check_level(&self.gas, layup));
-        at.field("model").require(Self::check_path(self.path, layup, is_back_open));
+        gas.require(Self::check_enthalpy_reference(&self.gas, layup));
+        at.child("model").require(Self::check_model(self.model, layup, is_back_open));
     }
 }
 
 /// Whether the virgin material or a residue of a ply is impermeable.
-fn is_sealed(ply: &Ply) -> bool {
+fn is_impermeable(ply: &Ply) -> bool {
     let mut residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
     ply.material.pores.permeability_m2 == 0.0 || residues.any(|residue| residue.pores.permeability_m2 == 0.0)
 }

@@ -1,14 +1,14 @@
 //! The layup: plies from hot face to back face, and the sensors in them.
 
-use super::check::{Field, Names, not_negative, positive};
 use super::material::Material;
+use super::validation::{FieldPath, UniqueNames, not_negative, positive};
 use std::sync::Arc;
 
 /// Depths closer than this are equal: thicknesses are not known to a micrometre.
-pub(super) const SAME_DEPTH_M: f64 = 1e-6;
+pub(super) const DEPTH_TOLERANCE_M: f64 = 1e-6;
 
 /// Millimetres, rounded to a tenth of a micrometre for messages.
-pub(super) fn mm(depth_m: f64) -> f64 {
+pub(super) fn rounded_mm(depth_m: f64) -> f64 {
     (depth_m * 1e7).round() / 1e4
 }
 
@@ -28,20 +28,20 @@ pub struct Ply {
 
 impl Ply {
     /// Whether `group` is its group or its name.
-    pub(super) fn is_in(&self, group: &str) -> bool {
+    pub(super) fn belongs_to(&self, group: &str) -> bool {
         self.group == group || self.name == group
     }
 
     /// Whether it decomposes and so produces gas.
-    pub(super) fn makes_gas(&self) -> bool {
+    pub(super) fn decomposes(&self) -> bool {
         self.material.decomposition.is_some()
     }
 
-    fn check(&self, at: &Field<'_>) {
+    fn check(&self, at: &FieldPath<'_>) {
         at.not_blank("name", &self.name);
         at.not_blank("group", &self.group);
         at.positive("thickness_m", self.thickness_m);
-        self.material.check(&at.field("material"));
+        self.material.check(&at.child("material"));
     }
 }
 
@@ -51,7 +51,7 @@ impl Ply {
 pub struct Layup {
     /// From the hot face to the back face, at least one.
     pub plies: Vec<Ply>,
-    /// Contact conductance of each interface, one fewer than plies, W/m²/K; `None` for perfect contact.
+    /// Contact conductance of each interface, one fewer than plies, W/m²/K; `Scalar` for perfect contact.
     pub contacts_w_m2_k: Vec<Option<f64>>,
     /// Depth of the first marched face below the hot face, m: above zero if that face is held at a thermocouple in
     /// depth. `plies` are then those below it, the first with its remaining thickness.
@@ -83,24 +83,24 @@ impl Layup {
     }
 
     /// The depth of a ply face within [`DEPTH_TOLERANCE_M`], else the depth itself, m.
-    pub(super) fn on_face_m(&self, depth_m: f64) -> f64 {
+    pub(super) fn snap_to_face_m(&self, depth_m: f64) -> f64 {
         let faces_m = self.faces_m();
-        let near = |face_m: &&f64| (**face_m - depth_m).abs() <= SAME_DEPTH_M;
+        let near = |face_m: &&f64| (**face_m - depth_m).abs() <= DEPTH_TOLERANCE_M;
         if faces_m.contains(&depth_m) { depth_m } else { faces_m.iter().find(near).copied().unwrap_or(depth_m) }
     }
 
     /// A depth within the layup, moved onto a face within [`DEPTH_TOLERANCE_M`], m.
-    pub(super) fn depth_m(&self, depth_m: f64) -> Result<f64, String> {
+    pub(super) fn checked_depth_m(&self, depth_m: f64) -> Result<f64, String> {
         let (top_m, back_m) = (self.origin_m, self.back_m());
-        if depth_m < top_m || depth_m > back_m + SAME_DEPTH_M {
-            let [depth, top, back] = [depth_m, top_m, back_m].map(mm);
+        if depth_m < top_m || depth_m > back_m + DEPTH_TOLERANCE_M {
+            let [depth, top, back] = [depth_m, top_m, back_m].map(rounded_mm);
             return Err(format!("depth {depth} mm lies outside the layup, from {top} mm to {back} mm"));
         }
-        Ok(self.on_face_m(depth_m))
+        Ok(self.snap_to_face_m(depth_m))
     }
 
     /// The part of the layup below a depth, which lies above the back face.
-    pub(super) fn below(self, depth_m: f64) -> Self {
+    pub(super) fn part_below(self, depth_m: f64) -> Self {
         let faces_m = self.faces_m();
         let gone = faces_m.iter().filter(|&&face_m| face_m <= depth_m).count();
         let top_m = if gone == 0 { 0.0 } else { faces_m[gone - 1] };
@@ -115,23 +115,23 @@ impl Layup {
     }
 
     /// Record all errors of the fields. Returns whether the depths of the faces are known.
-    pub(super) fn check(&self, at: &Field<'_>) -> bool {
-        let mut names = Names::of("ply");
-        for (at, ply) in at.field("plies").items(&self.plies) {
+    pub(super) fn check(&self, at: &FieldPath<'_>) -> bool {
+        let mut names = UniqueNames::new("ply");
+        for (at, ply) in at.child("plies").elements(&self.plies) {
             ply.check(&at);
-            at.field("name").require(names.add(&ply.name));
+            at.child("name").require(names.insert(&ply.name));
         }
-        let contacts = at.field("contacts_w_m2_k");
+        let contacts = at.child("contacts_w_m2_k");
         contacts.require_each(&self.contacts_w_m2_k, |contact| {
             contact.map(|contact_w_m2_k| positive(contact_w_m2_k, contact_w_m2_k)).transpose()
         });
         let (wanted, found) = (self.plies.len().saturating_sub(1), self.contacts_w_m2_k.len());
         if found != wanted {
-            contacts.fault(format!("expected a contact for each of {wanted} interfaces, found {found}"));
+            contacts.error(format!("expected a contact for each of {wanted} interfaces, found {found}"));
         }
         at.not_negative("origin_m", self.origin_m);
         if self.plies.is_empty() {
-            at.field("plies").fault("no ply: expected at least one");
+            at.child("plies").error("no ply: expected at least one");
         }
         !self.plies.is_empty() && self.back_m().is_finite() && found == wanted
     }
@@ -171,20 +171,20 @@ impl Sensor {
         if is_interface {
             return Ok(side);
         }
-        Err(format!("a side needs a sensor on an interface of two plies: this one lies at {} mm", mm(depth_m)))
+        Err(format!("a side needs a sensor on an interface of two plies: this one lies at {} mm", rounded_mm(depth_m)))
     }
 
     /// Record all errors of the fields; the depth is compared with a valid layup.
-    pub(super) fn check(&self, at: &Field<'_>, layup: Option<&Layup>) {
-        at.field("name").require(Self::checked_name(&self.name));
+    pub(super) fn check(&self, at: &FieldPath<'_>, layup: Option<&Layup>) {
+        at.child("name").require(Self::checked_name(&self.name));
         at.not_negative("lag_s", self.lag_s);
-        let depth = at.field("depth_m");
+        let depth = at.child("depth_m");
         let depth_m = depth.require(not_negative(self.depth_m, self.depth_m));
         let Some((layup, depth_m)) = layup.zip(depth_m) else { return };
-        if let Some(depth_m) = depth.require(layup.depth_m(depth_m))
+        if let Some(depth_m) = depth.require(layup.checked_depth_m(depth_m))
             && self.side != Side::Both
         {
-            at.field("side").require(Self::checked_side(self.side, depth_m, layup));
+            at.child("side").require(Self::checked_side(self.side, depth_m, layup));
         }
     }
 }

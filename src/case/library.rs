@@ -1,7 +1,7 @@
 //! The database of materials and gases, built into the program.
 
 /// Id and TOML text of each material.
-const SHIPPED: &[(&str, &str)] = &[
+const MATERIALS: &[(&str, &str)] = &[
     ("akk", include_str!("../../data/materials/akk.toml")),
     ("apa", include_str!("../../data/materials/apa.toml")),
     ("apa2", include_str!("../../data/materials/apa2.toml")),
@@ -26,23 +26,23 @@ const GASES: &[(&str, &str)] = &[
 ];
 
 /// The ids of the built-in materials.
-pub fn known() -> Vec<&'static str> {
-    SHIPPED.iter().map(|(id, _)| *id).collect()
+pub fn material_ids() -> Vec<&'static str> {
+    MATERIALS.iter().map(|(id, _)| *id).collect()
 }
 
 /// Id and TOML text of a built-in material; `-` equals `_` in the id.
-pub(super) fn text(id: &str) -> Option<(&'static str, &'static str)> {
+pub(super) fn material_toml(id: &str) -> Option<(&'static str, &'static str)> {
     let id = id.replace('-', "_");
-    SHIPPED.iter().find(|(known, _)| *known == id).copied()
+    MATERIALS.iter().find(|(known, _)| *known == id).copied()
 }
 
 /// The ids of the built-in gases.
-pub fn known_gases() -> Vec<&'static str> {
+pub fn gas_ids() -> Vec<&'static str> {
     GASES.iter().map(|(id, _)| *id).collect()
 }
 
 /// Id and TOML text of a built-in gas; `-` equals `_` in the id.
-pub(super) fn gas_text(id: &str) -> Option<(&'static str, &'static str)> {
+pub(super) fn gas_toml(id: &str) -> Option<(&'static str, &'static str)> {
     let id = id.replace('-', "_");
     GASES.iter().find(|(known, _)| *known == id).copied()
 }
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn every_built_in_material_is_valid() {
-        for id in known() {
+        for id in material_ids() {
             let material = Material::named(id).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(material.id, id);
         }
@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn every_built_in_gas_is_valid() {
-        for id in known_gases() {
+        for id in gas_ids() {
             let gas = Gas::named(id).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(gas.id, id);
         }

@@ -1,11 +1,11 @@
 //! A material: its properties over temperature and pressure, each with its provenance.
 
-use super::check::Field;
 use super::conductivity::Conductivity;
 use super::decomposition::{Decomposition, Pores, Residue};
 use super::provenance::Provenance;
 use super::table::Table;
 use super::unit::Dimension;
+use super::validation::FieldPath;
 use std::sync::Arc;
 
 /// A material.
@@ -36,15 +36,15 @@ pub struct Material {
     pub emissivity_provenance: Provenance,
     /// Virgin porosity and permeability.
     pub pores: Pores,
-    /// Provenance of the pores; `None` if the permeability is unknown.
+    /// Provenance of the pores; `Scalar` if the permeability is unknown.
     pub pores_provenance: Option<Provenance>,
-    /// Thermal decomposition; `None` for an inert material.
+    /// Thermal decomposition; `Scalar` for an inert material.
     pub decomposition: Option<Decomposition>,
 }
 
 impl Material {
     /// The same material without its decomposition.
-    pub(super) fn as_made(self: &Arc<Self>) -> Arc<Self> {
+    pub(super) fn without_decomposition(self: &Arc<Self>) -> Arc<Self> {
         match self.decomposition {
             Some(_) => Arc::new(Self { decomposition: None, ..Self::clone(self) }),
             None => self.clone(),
@@ -52,27 +52,27 @@ impl Material {
     }
 
     /// Record all errors of the properties.
-    pub(super) fn check(&self, at: &Field<'_>) {
+    pub(super) fn check(&self, at: &FieldPath<'_>) {
         at.not_blank("id", &self.id);
         at.positive("density_kg_m3", self.density_kg_m3);
-        self.density_provenance.check(&at.field("density_provenance"));
-        self.heat_capacity.check(&at.field("heat_capacity"), Dimension::HeatCapacity);
-        self.heat_capacity_provenance.check(&at.field("heat_capacity_provenance"));
-        self.conductivity.check(&at.field("conductivity"));
-        self.conductivity_provenance.check(&at.field("conductivity_provenance"));
-        self.emissivity.check(&at.field("emissivity"), Dimension::Fraction);
-        self.emissivity_provenance.check(&at.field("emissivity_provenance"));
-        self.pores.check(&at.field("pores"));
+        self.density_provenance.check(&at.child("density_provenance"));
+        self.heat_capacity.check(&at.child("heat_capacity"), Dimension::HeatCapacity);
+        self.heat_capacity_provenance.check(&at.child("heat_capacity_provenance"));
+        self.conductivity.check(&at.child("conductivity"));
+        self.conductivity_provenance.check(&at.child("conductivity_provenance"));
+        self.emissivity.check(&at.child("emissivity"), Dimension::Fraction);
+        self.emissivity_provenance.check(&at.child("emissivity_provenance"));
+        self.pores.check(&at.child("pores"));
         if let Some(provenance) = &self.pores_provenance {
-            provenance.check(&at.field("pores_provenance"));
+            provenance.check(&at.child("pores_provenance"));
         }
         if let Some(decomposition) = &self.decomposition {
-            decomposition.check(&at.field("decomposition"));
+            decomposition.check(&at.child("decomposition"));
         }
     }
 
     /// The names of its states, `virgin` and then the residues, each with its conductivity.
-    pub fn conductivities(&self) -> impl Iterator<Item = (&str, &Conductivity)> {
+    pub fn state_conductivities(&self) -> impl Iterator<Item = (&str, &Conductivity)> {
         let residues = self.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
         std::iter::once(("virgin", &self.conductivity))
             .chain(residues.map(|residue| (residue.name.as_str(), &residue.conductivity)))
@@ -80,10 +80,13 @@ impl Material {
 
     /// Conductivity and heat capacity of each state relative to the virgin material, if these ratios are constant over
     /// temperature and pressure.
-    pub fn multiples(&self) -> Option<Vec<[f64; 2]>> {
+    pub fn state_ratios(&self) -> Option<Vec<[f64; 2]>> {
         let residues = self.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
         let of = |residue: &Residue| {
-            Some([residue.conductivity.times(&self.conductivity)?, residue.heat_capacity.times(&self.heat_capacity)?])
+            Some([
+                residue.conductivity.constant_ratio_to(&self.conductivity)?,
+                residue.heat_capacity.constant_ratio_to(&self.heat_capacity)?,
+            ])
         };
         std::iter::once(Some([1.0; 2])).chain(residues.map(of)).collect()
     }

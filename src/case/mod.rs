@@ -5,42 +5,42 @@
 
 pub mod air;
 mod builder;
-mod check;
 mod conductivity;
 mod decomposition;
 mod error;
-mod estimate;
+mod estimation_settings;
 mod exposure;
 mod factor;
+mod factor_targets;
 mod file;
 mod gas;
 mod layup;
 pub mod library;
 mod material;
-mod nearest;
 mod observation;
 mod provenance;
 mod resolution;
-mod scope;
+mod suggestion;
 mod table;
-mod thermogram;
+mod thermogravimetry;
 pub mod unit;
+mod validation;
 
 pub use builder::CaseBuilder;
-pub use conductivity::{Conductivity, Parts};
+pub use conductivity::{Conductivity, ThreePartConductivity};
 pub use decomposition::{
-    Decomposition, GAS_CONSTANT_J_MOL_K, Mixing, Pores, PyrolysisHeat, Reaction, Residue, Sequence,
+    Decomposition, GAS_CONSTANT_J_MOL_K, MixtureRule, Pores, PyrolysisHeat, Reaction, ReactionScheme, Residue,
 };
-pub use error::{CaseError, Fault, Place, unreadable};
-pub use estimate::{Estimate, LossFunction};
+pub use error::{CaseError, Diagnostic, SourceLocation, unreadable_file_message};
+pub use estimation_settings::{EstimationSettings, LossFunction};
 pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};
 pub use factor::{Bounds, Correlation, Factor, Property};
-pub use file::{Files, Folder};
-pub use gas::{Gas, GasFlow, GasPath};
+pub use file::{FileSource, Folder};
+pub use gas::{Gas, GasFlow, GasFlowModel};
 pub use layup::{Layup, Ply, Sensor, Side};
 pub use material::Material;
 pub use observation::Observation;
-pub use provenance::{Mark, Provenance};
+pub use provenance::{Provenance, SourceKind};
 pub use resolution::Resolution;
 pub use table::{OutOfRange, Schedule, Table};
 
@@ -71,7 +71,7 @@ pub struct Case {
     pub(crate) factors: Vec<Factor>,
     pub(crate) correlation: Correlation,
     pub(crate) observations: Vec<Observation>,
-    pub(crate) estimate: Estimate,
+    pub(crate) estimate: EstimationSettings,
     pub(crate) paper_figures: Vec<(String, Vec<usize>)>,
     pub(crate) resolution: Resolution,
 }
@@ -107,7 +107,7 @@ impl Case {
         &self.exposure
     }
 
-    /// Gas transport; `None` where no gas flows.
+    /// Gas transport; `Scalar` where no gas flows.
     pub fn gas(&self) -> Option<&GasFlow> {
         self.gas.as_ref()
     }
@@ -128,7 +128,7 @@ impl Case {
     }
 
     /// Default settings of an estimate; the options of a study override them.
-    pub fn estimate(&self) -> &Estimate {
+    pub fn estimate(&self) -> &EstimationSettings {
         &self.estimate
     }
 
@@ -143,7 +143,7 @@ impl Case {
     }
 
     /// The case with other estimation settings, which the caller has validated.
-    pub(crate) fn with_estimate(self, estimate: Estimate) -> Self {
+    pub(crate) fn with_estimate(self, estimate: EstimationSettings) -> Self {
         Self { estimate, ..self }
     }
 
@@ -163,23 +163,23 @@ impl Case {
     /// Start and end of the samples of a sensor that count, s: its own window, else the common one, else the exposure.
     pub fn window_s(&self, sensor: usize) -> (f64, f64) {
         let observation = self.observations.iter().find(|observation| observation.sensor == sensor);
-        observation.and_then(|observation| observation.window_s).unwrap_or(self.window_of_all_s())
+        observation.and_then(|observation| observation.window_s).unwrap_or(self.default_window_s())
     }
 
-    fn window_of_all_s(&self) -> (f64, f64) {
+    fn default_window_s(&self) -> (f64, f64) {
         self.estimate.window_s.unwrap_or((0.0, self.exposure.duration_s))
     }
 
     /// The observations to which a model is fitted: those of the chosen sensors, or all if none is chosen.
-    pub fn judges(&self) -> impl Iterator<Item = &Observation> {
+    pub fn fitted_observations(&self) -> impl Iterator<Item = &Observation> {
         let chosen = &self.estimate.sensors;
         self.observations.iter().filter(|observation| chosen.is_empty() || chosen.contains(&observation.sensor))
     }
 
     /// The interval that spans the windows of all fitted observations, s.
-    pub fn trusted_s(&self) -> (f64, f64) {
-        let windows_s = self.judges().map(|observation| self.window_s(observation.sensor));
+    pub fn fit_window_s(&self) -> (f64, f64) {
+        let windows_s = self.fitted_observations().map(|observation| self.window_s(observation.sensor));
         let span_s = windows_s.reduce(|(from_s, to_s), window_s| (from_s.min(window_s.0), to_s.max(window_s.1)));
-        span_s.unwrap_or(self.window_of_all_s())
+        span_s.unwrap_or(self.default_window_s())
     }
 }

@@ -1,7 +1,7 @@
 //! Measured temperatures of a sensor.
 
-use super::check::{Field, index, not_negative, positive};
-use super::table::rising;
+use super::table::checked_increasing;
+use super::validation::{FieldPath, checked_index, not_negative, positive};
 
 /// A sensor's measured trace.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +35,11 @@ pub(super) fn checked_window_s((start_s, end_s): (f64, f64), duration_s: f64) ->
 
 impl Observation {
     /// A window with at least one sample of the sensor of this name, s.
-    pub(super) fn sampled_window_s(&self, window_s: (f64, f64), sensor: &str) -> Result<(f64, f64), String> {
+    pub(super) fn checked_window_with_samples_s(
+        &self,
+        window_s: (f64, f64),
+        sensor: &str,
+    ) -> Result<(f64, f64), String> {
         let ((start_s, end_s), times_s) = (window_s, &self.times_s);
         if times_s.iter().any(|time_s| (start_s..=end_s).contains(time_s)) {
             return Ok(window_s);
@@ -58,14 +62,14 @@ impl Observation {
     }
 
     /// Record all errors of the samples and their window; `sensors` are the sensor names of the case.
-    pub(super) fn check(&self, at: &Field<'_>, sensors: &[&str], duration_s: f64) {
-        let sensor = at.field("sensor").require(index(self.sensor, sensors.len(), "sensor"));
-        let times = at.field("times_s");
+    pub(super) fn check(&self, at: &FieldPath<'_>, sensors: &[&str], duration_s: f64) {
+        let sensor = at.child("sensor").require(checked_index(self.sensor, sensors.len(), "sensor"));
+        let times = at.child("times_s");
         let first_s = self.times_s.first().ok_or_else(|| "no sample: expected at least one".to_owned());
         times.require(first_s.and_then(|&first_s| Self::checked_first_s(first_s)));
         let mut last_s = f64::NEG_INFINITY;
         times.require_each(&self.times_s, |&time_s| {
-            last_s = rising("time", last_s, time_s, false)?;
+            last_s = checked_increasing("time", last_s, time_s, false)?;
             if time_s > duration_s {
                 return Err(format!(
                     "expected samples up to {duration_s} s, the end of the exposure, found one at {time_s} s"
@@ -74,18 +78,18 @@ impl Observation {
             Ok(())
         });
         for (name, values) in [("temperatures_k", &self.temperatures_k), ("sigma_k", &self.sigma_k)] {
-            let field = at.field(name);
+            let field = at.child(name);
             if values.len() != self.times_s.len() {
                 let (found, wanted) = (values.len(), self.times_s.len());
-                field.fault(format!("expected one value for each of {wanted} times, found {found}"));
+                field.error(format!("expected one value for each of {wanted} times, found {found}"));
             }
             field.require_each(values, |&value| positive(value, format_args!("{value} K")));
         }
         if let Some(window_s) = self.window_s {
-            let window = at.field("window_s");
+            let window = at.child("window_s");
             let window_s = window.require(checked_window_s(window_s, duration_s));
             if let Some((window_s, sensor)) = window_s.zip(sensor) {
-                window.require(self.sampled_window_s(window_s, sensors[sensor]));
+                window.require(self.checked_window_with_samples_s(window_s, sensors[sensor]));
             }
         }
     }

@@ -1,14 +1,14 @@
 //! Provenance of numbers: kind of source, reference and uncertainty.
 
-use super::check::Field;
+use super::validation::FieldPath;
 
 /// Kind of source of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub enum Mark {
+pub enum SourceKind {
     /// Read from a public source.
-    Read,
+    ReadInSource,
     /// Remembered from a named publication; not verified.
     Remembered,
     /// Engineering estimate, or computed for the database.
@@ -17,23 +17,23 @@ pub enum Mark {
     Paper,
 }
 
-impl Mark {
+impl SourceKind {
     /// All kinds and their values in a material file.
-    const WORDS: [(Self, &'static str); 4] = [
-        (Self::Read, "read"),
+    const KEYS: [(Self, &'static str); 4] = [
+        (Self::ReadInSource, "read"),
         (Self::Remembered, "remembered"),
         (Self::Estimated, "estimated"),
         (Self::Paper, "paper"),
     ];
 
     /// Value in a material file.
-    pub fn word(self) -> &'static str {
-        Self::WORDS.iter().find(|(mark, _)| *mark == self).map_or("", |(_, word)| word)
+    pub fn key(self) -> &'static str {
+        Self::KEYS.iter().find(|(mark, _)| *mark == self).map_or("", |(_, word)| word)
     }
 
     /// The kind with this value in a material file.
     pub fn named(word: &str) -> Option<Self> {
-        Self::WORDS.iter().find(|(_, known)| *known == word).map(|&(mark, _)| mark)
+        Self::KEYS.iter().find(|(_, known)| *known == word).map(|&(mark, _)| mark)
     }
 }
 
@@ -42,7 +42,7 @@ impl Mark {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Provenance {
     /// Kind of source.
-    pub mark: Mark,
+    pub source_kind: SourceKind,
     /// The publication, the supplier, or the basis of the estimate.
     pub source: String,
     /// Relative standard deviation.
@@ -50,7 +50,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    pub(super) fn check(&self, at: &Field<'_>) {
+    pub(super) fn check(&self, at: &FieldPath<'_>) {
         at.not_blank("source", &self.source);
         at.not_negative("relative_uncertainty", self.relative_uncertainty);
     }
@@ -62,8 +62,8 @@ mod tests {
 
     #[test]
     fn every_kind_of_source_is_found_by_its_value() {
-        for (mark, word) in Mark::WORDS {
-            assert_eq!((mark.word(), Mark::named(word)), (word, Some(mark)));
+        for (mark, word) in SourceKind::KEYS {
+            assert_eq!((mark.key(), SourceKind::named(word)), (word, Some(mark)));
         }
     }
 }

@@ -1,19 +1,19 @@
 //! Resolution of a case in space and time.
 
-use super::check::{Field, positive};
+use super::validation::{FieldPath, positive};
 
 /// More cells do not resolve anything that the material properties support.
-const MOST_CELLS: f64 = 1024.0;
+const MAX_CELLS: f64 = 1024.0;
 /// Upper limit of output instants.
-const MOST_INSTANTS: f64 = 1e5;
+const MAX_INSTANTS: f64 = 1e5;
 /// The least number of cells per ply.
-const CELLS_A_PLY: usize = 4;
+const MIN_CELLS_PER_PLY: usize = 4;
 
 /// Resolution in space and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Resolution {
-    /// Tolerance of the discretisation error, to which cells and time steps are adapted, K; `None` if the case states
+    /// Tolerance of the discretisation error, to which cells and time steps are adapted, K; `Scalar` if the case states
     /// them.
     pub tolerance_k: Option<f64>,
     /// Cells of the layup, distributed over the plies by diffusion time; at least four per ply.
@@ -25,17 +25,17 @@ pub struct Resolution {
     /// Upper limit of a time step, s.
     pub largest_step_s: f64,
     /// Interval between output instants, s; the times of observations are added.
-    pub every_s: f64,
+    pub output_interval_s: f64,
 }
 
 impl Resolution {
     /// The number of cells of a layup of `plies` plies.
     pub(super) fn checked_cells(cells: f64, plies: usize) -> Result<usize, String> {
-        let fewest = CELLS_A_PLY * plies;
-        if cells.fract() == 0.0 && (fewest as f64..=MOST_CELLS).contains(&cells) {
+        let fewest = MIN_CELLS_PER_PLY * plies;
+        if cells.fract() == 0.0 && (fewest as f64..=MAX_CELLS).contains(&cells) {
             return Ok(cells as usize);
         }
-        Err(format!("expected a whole number of cells from {fewest} to {MOST_CELLS}, found {cells}"))
+        Err(format!("expected a whole number of cells from {fewest} to {MAX_CELLS}, found {cells}"))
     }
 
     /// The growth of time steps, above 0 and at most 1.
@@ -47,26 +47,26 @@ impl Resolution {
     }
 
     /// The interval between output instants, s.
-    pub(super) fn checked_every_s(every_s: f64, duration_s: f64) -> Result<f64, String> {
+    pub(super) fn checked_output_interval_s(every_s: f64, duration_s: f64) -> Result<f64, String> {
         let instants = duration_s / positive(every_s, format_args!("an interval of {every_s} s"))?;
-        if instants > MOST_INSTANTS {
+        if instants > MAX_INSTANTS {
             return Err(format!(
-                "expected at most {MOST_INSTANTS} instants, found {instants} with an interval of {every_s} s"
+                "expected at most {MAX_INSTANTS} instants, found {instants} with an interval of {every_s} s"
             ));
         }
         Ok(every_s)
     }
 
     /// Record all errors of the fields, for a number of plies and a duration.
-    pub(super) fn check(&self, at: &Field<'_>, plies: usize, duration_s: f64) {
+    pub(super) fn check(&self, at: &FieldPath<'_>, plies: usize, duration_s: f64) {
         if let Some(tolerance_k) = self.tolerance_k {
             at.positive("tolerance_k", tolerance_k);
         }
-        at.field("cells").require(Self::checked_cells(self.cells as f64, plies));
+        at.child("cells").require(Self::checked_cells(self.cells as f64, plies));
         at.positive("first_step_s", self.first_step_s);
-        at.field("growth").require(Self::checked_growth(self.growth));
+        at.child("growth").require(Self::checked_growth(self.growth));
         at.positive("largest_step_s", self.largest_step_s);
-        at.field("output_interval_s").require(Self::checked_every_s(self.every_s, duration_s));
+        at.child("output_interval_s").require(Self::checked_output_interval_s(self.output_interval_s, duration_s));
     }
 }
 
@@ -79,7 +79,7 @@ impl Default for Resolution {
             first_step_s: 0.005,
             growth: 0.05,
             largest_step_s: 0.5,
-            every_s: 1.0,
+            output_interval_s: 1.0,
         }
     }
 }

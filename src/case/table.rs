@@ -1,7 +1,7 @@
 //! Piecewise-linear functions: a property over temperature, and a schedule over time.
 
-use super::check::{Field, finite, positive};
 use super::unit::Dimension;
+use super::validation::{FieldPath, finite, positive};
 
 /// Behaviour of a table outside the temperatures of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +9,7 @@ use super::unit::Dimension;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum OutOfRange {
     /// A member that leaves the range fails.
-    Refuse,
+    Error,
     /// The end value.
     Clamp,
     /// Linear extrapolation of the end segment, but at least a tenth of the end value, so that a decreasing
@@ -33,17 +33,17 @@ impl Table {
     /// A message, if there is no point, the lengths differ, a number is not finite, or the temperatures do not increase
     /// from above 0 K.
     pub fn new(temperatures_k: Vec<f64>, values: Vec<f64>, outside: OutOfRange) -> Result<Self, String> {
-        as_many(values.len(), temperatures_k.len(), "temperatures")?;
+        check_lengths(values.len(), temperatures_k.len(), "temperatures")?;
         let mut last_k = 0.0;
         for &temperature_k in &temperatures_k {
-            last_k = Self::next_k(last_k, temperature_k)?;
+            last_k = Self::checked_next_temperature_k(last_k, temperature_k)?;
         }
         values.iter().try_for_each(|&value| finite(value, value).map(drop))?;
         Ok(Self { temperatures_k, values, outside })
     }
 
     /// The temperature of the next point, above the previous one and above zero, K.
-    pub(super) fn next_k(last_k: f64, temperature_k: f64) -> Result<f64, String> {
+    pub(super) fn checked_next_temperature_k(last_k: f64, temperature_k: f64) -> Result<f64, String> {
         if finite(temperature_k, format_args!("a temperature of {temperature_k} K"))? > last_k {
             return Ok(temperature_k);
         }
@@ -51,7 +51,7 @@ impl Table {
     }
 
     /// A value of a property of this dimension: a fraction from 0 to 1, any finite enthalpy, else a positive number.
-    pub(super) fn property_value(value: f64, dimension: Dimension) -> Result<f64, String> {
+    pub(super) fn checked_value(value: f64, dimension: Dimension) -> Result<f64, String> {
         match dimension {
             Dimension::Fraction if !(0.0..=1.0).contains(&value) => {
                 Err(format!("expected a value from 0 to 1, found {value}"))
@@ -63,8 +63,8 @@ impl Table {
     }
 
     /// Record the values that a property of this dimension cannot have.
-    pub(super) fn check(&self, at: &Field<'_>, dimension: Dimension) {
-        at.field("values").require_each(&self.values, |&value| Self::property_value(value, dimension));
+    pub(super) fn check(&self, at: &FieldPath<'_>, dimension: Dimension) {
+        at.child("values").require_each(&self.values, |&value| Self::checked_value(value, dimension));
     }
 
     /// The temperatures of the points, strictly increasing, K.
@@ -98,7 +98,7 @@ impl Table {
         let above = temperatures.partition_point(|&t| t <= inside).clamp(1, last);
         let argument_k = match self.outside {
             OutOfRange::Extrapolate => temperature_k,
-            OutOfRange::Clamp | OutOfRange::Refuse => inside,
+            OutOfRange::Clamp | OutOfRange::Error => inside,
         };
         let slope = (values[above] - values[above - 1]) / (temperatures[above] - temperatures[above - 1]);
         let value = values[above - 1] + slope * (argument_k - temperatures[above - 1]);
@@ -112,11 +112,11 @@ impl Table {
     }
 
     /// The ratio to another table, if it is the same at all temperatures.
-    pub fn times(&self, other: &Self) -> Option<f64> {
+    pub fn constant_ratio_to(&self, other: &Self) -> Option<f64> {
         let times = self.values[0] / other.values[0];
         let is_alike = self.temperatures_k == other.temperatures_k && self.outside == other.outside;
         let mut pairs = self.values.iter().zip(&other.values);
-        (is_alike && pairs.all(|(&own, &value)| is_times(own, value, times))).then_some(times)
+        (is_alike && pairs.all(|(&own, &value)| is_multiple(own, value, times))).then_some(times)
     }
 
     /// Lowest and highest temperature of the points, K; infinite for a single point.
@@ -129,7 +129,7 @@ impl Table {
 }
 
 /// Require at least one point and one value per point.
-fn as_many(values: usize, points: usize, noun: &str) -> Result<(), String> {
+fn check_lengths(values: usize, points: usize, noun: &str) -> Result<(), String> {
     match points {
         0 => Err(format!("no {noun}: expected at least one")),
         _ if values != points => Err(format!("expected one value for each of {points} {noun}, found {values}")),
@@ -138,14 +138,14 @@ fn as_many(values: usize, points: usize, noun: &str) -> Result<(), String> {
 }
 
 /// Whether a time or depth may follow the previous one; `repeats` allows equal ones.
-pub(super) fn rises(last: f64, next: f64, repeats: bool) -> bool {
+pub(super) fn is_increasing(last: f64, next: f64, repeats: bool) -> bool {
     next > last || (repeats && next == last)
 }
 
 /// A time (s) or depth (m) that may follow the previous one.
-pub(super) fn rising(noun: &str, last: f64, next: f64, repeats: bool) -> Result<f64, String> {
+pub(super) fn checked_increasing(noun: &str, last: f64, next: f64, repeats: bool) -> Result<f64, String> {
     let unit = if noun == "time" { "s" } else { "m" };
-    if rises(last, finite(next, format_args!("a {noun} of {next} {unit}"))?, repeats) {
+    if is_increasing(last, finite(next, format_args!("a {noun} of {next} {unit}"))?, repeats) {
         return Ok(next);
     }
     let rule = if repeats { "must not decrease" } else { "must increase" };
@@ -153,7 +153,7 @@ pub(super) fn rising(noun: &str, last: f64, next: f64, repeats: bool) -> Result<
 }
 
 /// Whether `own` equals `times × other` up to rounding.
-pub(super) fn is_times(own: f64, other: f64, times: f64) -> bool {
+pub(super) fn is_multiple(own: f64, other: f64, times: f64) -> bool {
     times.is_finite() && (own - times * other).abs() <= 1e-12 * own.abs()
 }
 
@@ -172,10 +172,10 @@ impl Schedule {
     /// # Errors
     /// A message, if there is no corner, the lengths differ, a number is not finite, or the times decrease.
     pub fn new(times_s: Vec<f64>, values: Vec<f64>) -> Result<Self, String> {
-        as_many(values.len(), times_s.len(), "times")?;
+        check_lengths(values.len(), times_s.len(), "times")?;
         let mut last_s = f64::NEG_INFINITY;
         for (&time_s, &value) in times_s.iter().zip(&values) {
-            last_s = rising("time", last_s, time_s, true)?;
+            last_s = checked_increasing("time", last_s, time_s, true)?;
             finite(value, value)?;
         }
         Ok(Self { times_s, values })
@@ -200,9 +200,9 @@ impl Schedule {
     }
 
     /// Record the first value that a quantity of this dimension cannot have.
-    pub(super) fn check(&self, at: &Field<'_>, dimension: Dimension) {
+    pub(super) fn check(&self, at: &FieldPath<'_>, dimension: Dimension) {
         if let Some(value) = self.values.iter().find(|value| !dimension.is_allowed(**value)) {
-            at.fault(format!("{value} K is {}", dimension.limit()));
+            at.error(format!("{value} K is {}", dimension.violation()));
         }
     }
 
@@ -218,7 +218,7 @@ impl Schedule {
 
     /// As [`after`](Self::after); a corner within `close_s` counts as being at that time.
     pub fn after_within(&self, time_s: f64, close_s: f64) -> f64 {
-        self.between(self.times_s.partition_point(|&t| t <= time_s + close_s), time_s)
+        self.interpolate_segment(self.times_s.partition_point(|&t| t <= time_s + close_s), time_s)
     }
 
     /// The value just before a time: at a jump the value before it.
@@ -228,11 +228,11 @@ impl Schedule {
 
     /// As [`before`](Self::before); a corner within `close_s` counts as being at that time.
     pub fn before_within(&self, time_s: f64, close_s: f64) -> f64 {
-        self.between(self.times_s.partition_point(|&t| t < time_s - close_s), time_s)
+        self.interpolate_segment(self.times_s.partition_point(|&t| t < time_s - close_s), time_s)
     }
 
     /// The value on the segment that ends at corner `next`; the time is clamped to the segment.
-    fn between(&self, next: usize, time_s: f64) -> f64 {
+    fn interpolate_segment(&self, next: usize, time_s: f64) -> f64 {
         let last = self.times_s.len() - 1;
         if next == 0 {
             return self.values[0];
@@ -263,11 +263,11 @@ mod tests {
     fn a_table_is_a_multiple_of_another_if_all_its_values_are() {
         let table = |values| Table { temperatures_k: vec![300.0, 400.0], values, outside: OutOfRange::Clamp };
         let virgin = table(vec![0.1, 0.3]);
-        assert_eq!(table(vec![0.12, 0.36]).times(&virgin).map(|times| (times * 1e9).round()), Some(1.2e9));
-        assert_eq!(table(vec![0.12, 0.3601]).times(&virgin), None);
-        assert_eq!(table(vec![0.0, 0.3]).times(&table(vec![0.0, 0.1])), None, "0/0 is not a ratio");
-        let refused = Table { outside: OutOfRange::Refuse, ..virgin.clone() };
-        assert_eq!(refused.times(&virgin), None);
+        assert_eq!(table(vec![0.12, 0.36]).constant_ratio_to(&virgin).map(|times| (times * 1e9).round()), Some(1.2e9));
+        assert_eq!(table(vec![0.12, 0.3601]).constant_ratio_to(&virgin), None);
+        assert_eq!(table(vec![0.0, 0.3]).constant_ratio_to(&table(vec![0.0, 0.1])), None, "0/0 is not a ratio");
+        let refused = Table { outside: OutOfRange::Error, ..virgin.clone() };
+        assert_eq!(refused.constant_ratio_to(&virgin), None);
     }
 
     #[test]

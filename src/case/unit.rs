@@ -41,7 +41,7 @@ pub enum Dimension {
     /// m²
     Permeability,
     /// 1/m: Forchheimer's inertial coefficient.
-    Inertia,
+    InertialCoefficient,
     /// 1/s
     Rate,
     /// J/mol
@@ -55,11 +55,11 @@ pub enum Dimension {
 }
 
 /// Exponents of kilogram, metre, second, kelvin and mole.
-type Powers = [i32; 5];
+type Exponents = [i32; 5];
 
 impl Dimension {
     /// Name and example for messages: `a heat flux such as "26.7 W/cm^2"`.
-    pub fn expectation(self) -> &'static str {
+    pub fn name_and_example(self) -> &'static str {
         match self {
             Self::Length => "a length such as \"0.51 mm\"",
             Self::Time => "a time such as \"41 s\"",
@@ -77,7 +77,7 @@ impl Dimension {
             Self::Extinction => "an extinction such as \"4500 1/m\"",
             Self::SpecificExtinction => "a specific extinction such as \"27.4 m^2/kg\"",
             Self::Permeability => "a permeability such as \"1e-11 m^2\"",
-            Self::Inertia => "an inertial coefficient such as \"1e5 1/m\"",
+            Self::InertialCoefficient => "an inertial coefficient such as \"1e5 1/m\"",
             Self::Rate => "a rate such as \"1.2e4 1/s\"",
             Self::MolarEnergy => "an activation energy such as \"150 kJ/mol\"",
             Self::MolarMass => "a molar mass such as \"25 g/mol\"",
@@ -86,7 +86,7 @@ impl Dimension {
         }
     }
 
-    fn powers(self) -> Powers {
+    fn exponents(self) -> Exponents {
         match self {
             Self::Length => [0, 1, 0, 0, 0],
             Self::Time => [0, 0, 1, 0, 0],
@@ -102,7 +102,7 @@ impl Dimension {
             Self::Extinction => [0, -1, 0, 0, 0],
             Self::SpecificExtinction => [-1, 2, 0, 0, 0],
             Self::Permeability => [0, 2, 0, 0, 0],
-            Self::Inertia => [0, -1, 0, 0, 0],
+            Self::InertialCoefficient => [0, -1, 0, 0, 0],
             Self::Rate => [0, 0, -1, 0, 0],
             Self::MolarEnergy => [1, 2, -2, 0, -1],
             Self::MolarMass => [1, 0, 0, 0, -1],
@@ -121,12 +121,12 @@ impl Dimension {
     }
 
     /// The reason why a value is not allowed.
-    pub fn limit(self) -> &'static str {
+    pub fn violation(self) -> &'static str {
         if self == Self::Surroundings { "below absolute zero" } else { "not above absolute zero" }
     }
 
     /// The name of the quantity with these exponents: `a length`.
-    fn noun_of(powers: Powers) -> &'static str {
+    fn name_of_exponents(powers: Exponents) -> &'static str {
         const ALL: [Dimension; 19] = [
             Dimension::Length,
             Dimension::Time,
@@ -149,14 +149,14 @@ impl Dimension {
             Dimension::Fraction,
         ];
         ALL.iter()
-            .find(|dimension| dimension.powers() == powers)
-            .and_then(|dimension| dimension.expectation().split(" such as").next())
+            .find(|dimension| dimension.exponents() == powers)
+            .and_then(|dimension| dimension.name_and_example().split(" such as").next())
             .unwrap_or("a quantity in this unit")
     }
 }
 
 /// Name, value in SI and exponents of a unit.
-type Unit = (&'static str, f64, Powers);
+type Unit = (&'static str, f64, Exponents);
 
 const UNITS: &[Unit] = &[
     ("m", 1.0, [0, 1, 0, 0, 0]),
@@ -216,10 +216,10 @@ const UNITS: &[Unit] = &[
 /// # Errors
 /// A message with the expected and the found text, if there is no number or no unit, the unit is unknown or of another
 /// dimension, or the number is not finite.
-pub fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
+pub fn parse_quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     let text = text.trim();
-    let expected = dimension.expectation();
-    let (number, unit) = split(text);
+    let expected = dimension.name_and_example();
+    let (number, unit) = split_number_and_unit(text);
     let value: f64 = number.parse().map_err(|_| format!("not a quantity: expected {expected}, found {text:?}"))?;
     if !value.is_finite() {
         return Err(format!("not a finite number: expected {expected}, found {text:?}"));
@@ -230,28 +230,31 @@ pub fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
         }
         return Err(format!("missing unit: expected {expected}, found {text:?}"));
     }
-    let (scale, offset) = conversion(unit, dimension).map_err(|message| format!("{message}, found {text:?}"))?;
+    let (scale, offset) = unit_conversion(unit, dimension).map_err(|message| format!("{message}, found {text:?}"))?;
     let value = value * scale + offset;
     if !value.is_finite() {
         return Err(format!("not a finite number in SI: expected {expected}, found {text:?}"));
     }
     if !dimension.is_allowed(value) {
-        return Err(format!("{}: expected {expected}, found {text:?}", dimension.limit()));
+        return Err(format!("{}: expected {expected}, found {text:?}", dimension.violation()));
     }
     Ok(value)
 }
 
-/// Scale and offset that convert a unit to SI: `value × scale + offset`. The offset is zero except for °C and °F.
+/// Scale and offset that convert a unit to SI: `value × scale + one_sided_offset`. The offset is zero except for °C and °F.
 ///
 /// # Errors
 /// A message with the expected quantity, if the unit is unknown or of another dimension.
-pub fn conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String> {
-    let expected = dimension.expectation();
-    let (scale, powers) = compound(unit).map_err(|reason| format!("{reason}: expected {expected}"))?;
-    if powers != dimension.powers() {
-        let hint =
-            meant(unit, dimension).map_or(String::new(), |meant| format!(": a space multiplies; write {meant:?}"));
-        return Err(format!("wrong dimension: expected {expected}, not {}{hint}", Dimension::noun_of(powers)));
+pub fn unit_conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String> {
+    let expected = dimension.name_and_example();
+    let (scale, powers) = compound_unit(unit).map_err(|reason| format!("{reason}: expected {expected}"))?;
+    if powers != dimension.exponents() {
+        let hint = intended_unit(unit, dimension)
+            .map_or(String::new(), |meant| format!(": a space multiplies; write {meant:?}"));
+        return Err(format!(
+            "wrong dimension: expected {expected}, not {}{hint}",
+            Dimension::name_of_exponents(powers)
+        ));
     }
     let offset = match (dimension, unit) {
         (Dimension::Temperature | Dimension::Surroundings, "degC" | "°C") => 273.15,
@@ -262,17 +265,17 @@ pub fn conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String
 }
 
 /// The correct form of a unit such as `W/m^2 K`, which reads as (W/m²)·K.
-fn meant(unit: &str, dimension: Dimension) -> Option<String> {
+fn intended_unit(unit: &str, dimension: Dimension) -> Option<String> {
     let (over, under) = unit.split_once('/')?;
     let divided = format!("{over}/{}", under.split_whitespace().collect::<Vec<_>>().join("/"));
-    let is_meant = divided != unit && compound(&divided).is_ok_and(|(_, powers)| powers == dimension.powers());
+    let is_meant = divided != unit && compound_unit(&divided).is_ok_and(|(_, powers)| powers == dimension.exponents());
     is_meant.then_some(divided)
 }
 
 /// The number and the unit of `"26.7 W/cm^2"`; the space is optional.
 ///
 /// The number is the longest prefix that parses as one: `1e3Pa` is a thousand pascals.
-fn split(text: &str) -> (&str, &str) {
+fn split_number_and_unit(text: &str) -> (&str, &str) {
     if let Some((number, unit)) = text.split_once(char::is_whitespace) {
         return (number, unit.trim());
     }
@@ -282,12 +285,12 @@ fn split(text: &str) -> (&str, &str) {
 }
 
 /// Longest unit in bytes: limits the recursion into parentheses.
-const LONGEST_UNIT: usize = 64;
+const MAX_UNIT_BYTES: usize = 64;
 
 /// Scale and exponents of a compound unit.
-fn compound(unit: &str) -> Result<(f64, Powers), String> {
-    if unit.len() > LONGEST_UNIT {
-        return Err(format!("the unit is too long: expected at most {LONGEST_UNIT} bytes, found {}", unit.len()));
+fn compound_unit(unit: &str) -> Result<(f64, Exponents), String> {
+    if unit.len() > MAX_UNIT_BYTES {
+        return Err(format!("the unit is too long: expected at most {MAX_UNIT_BYTES} bytes, found {}", unit.len()));
     }
     let mut rest = unit;
     let found = product(&mut rest, unit)?;
@@ -295,7 +298,7 @@ fn compound(unit: &str) -> Result<(f64, Powers), String> {
 }
 
 /// Factors joined by `/`, `*`, `·` and spaces, up to the end or a closing parenthesis.
-fn product(rest: &mut &str, whole: &str) -> Result<(f64, Powers), String> {
+fn product(rest: &mut &str, whole: &str) -> Result<(f64, Exponents), String> {
     let (mut scale, mut powers) = power(rest, whole)?;
     loop {
         let trimmed = rest.trim_start();
@@ -320,7 +323,7 @@ fn product(rest: &mut &str, whole: &str) -> Result<(f64, Powers), String> {
 }
 
 /// A named unit or a parenthesis, raised to a power.
-fn power(rest: &mut &str, whole: &str) -> Result<(f64, Powers), String> {
+fn power(rest: &mut &str, whole: &str) -> Result<(f64, Exponents), String> {
     let (scale, powers) = if let Some(inner) = rest.strip_prefix('(') {
         *rest = inner;
         let found = product(rest, whole)?;

@@ -4,7 +4,7 @@ use crate::command::exit::{Failure, Output};
 use bondline::march::Precision;
 use bondline::march::gpu::device::{self, Adapter, Device};
 use bondline::march::gpu::self_tests::SelfTests;
-use bondline::report::summary::wrapped;
+use bondline::report::terminal::wrap;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -23,7 +23,7 @@ pub(crate) fn run(as_json: bool) -> Result<Output, Failure> {
 }
 
 fn passes(tests: &SelfTests) -> bool {
-    tests.transforms.iter().all(|(precision, wrong, _)| *precision != Precision::F32 || *wrong == 0)
+    tests.error_free_transformations.iter().all(|(precision, wrong, _)| *precision != Precision::F32 || *wrong == 0)
 }
 
 /// The choice of `--backend auto`, with its reason.
@@ -64,7 +64,7 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
         );
         match tests {
             Ok(tests) => {
-                for (precision, wrong, tried) in &tests.transforms {
+                for (precision, wrong, tried) in &tests.error_free_transformations {
                     let name = if *precision == Precision::F32 { "f32" } else { "f64" };
                     let verdict = if *wrong == 0 {
                         format!("exact in {tried} of {tried} sums")
@@ -73,7 +73,7 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
                     };
                     let _ = writeln!(text, "  rounding {name}    {verdict}");
                 }
-                let iterations = tests.loop_turns;
+                let iterations = tests.loop_iterations;
                 let verdict = if iterations < 1_000_000 {
                     format!("end silently after {iterations} iterations; dispatches stay below")
                 } else {
@@ -86,7 +86,7 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
             }
         }
     }
-    text + "\n" + &wrapped("", &format!("--backend auto chooses {auto}")).join("\n") + "\n"
+    text + "\n" + &wrap("", &format!("--backend auto chooses {auto}")).join("\n") + "\n"
 }
 
 fn as_values(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String {
@@ -95,8 +95,8 @@ fn as_values(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> Stri
         .map(|(adapter, tests)| {
             let tests = match tests {
                 Ok(tests) => json!({
-                    "loop_turns": tests.loop_turns,
-                    "wrong_sums": tests.transforms.iter().map(|(_, wrong, _)| wrong).collect::<Vec<_>>(),
+                    "loop_turns": tests.loop_iterations,
+                    "wrong_sums": tests.error_free_transformations.iter().map(|(_, wrong, _)| wrong).collect::<Vec<_>>(),
                 }),
                 Err(error) => json!({ "error": error }),
             };

@@ -24,8 +24,8 @@ pub(crate) fn run(args: &CaseArgs, arguments: &Arguments<'_>) -> Result<Output, 
     let others = cases.split_off(1);
     let case = cases.remove(0);
     let options = EstimateOptions {
-        others,
-        beside: arguments.compare.map(|path| load(path, &args.march)).transpose()?,
+        other_cases: others,
+        comparison_case: arguments.compare.map(|path| load(path, &args.march)).transpose()?,
         observations: convert::observations(arguments.data)?,
         fit: convert::fit(arguments.fit)?,
         posterior: convert::walkers(arguments.posterior, arguments.seed),

@@ -5,13 +5,13 @@ use crate::command::args::{CaseArgs, HistoryArgs, ObservationArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load};
 use bondline::session::HistoryOptions;
-use bondline::study::history::{Smoothing, Sought};
+use bondline::study::flux_inversion::{HeatingQuantity, Smoothing};
 
 /// Run the study. Exit code 1 if the minimisation did not converge.
 pub(crate) fn run(args: &CaseArgs, data: &ObservationArgs, history: &HistoryArgs) -> Result<Output, Failure> {
     let options = HistoryOptions {
         observations: convert::observations(data)?,
-        sought: history.quantity.as_deref().map(quantity).transpose()?,
+        quantity: history.quantity.as_deref().map(quantity).transpose()?,
         knots: history.knots,
         smoothing: smoothing(&history.smoothing)?,
     };
@@ -31,7 +31,7 @@ fn smoothing(text: &str) -> Result<Smoothing, Failure> {
     }
 }
 
-fn quantity(text: &str) -> Result<Sought, Failure> {
-    let named = Sought::ALL.into_iter().find(|sought| sought.name() == text);
+fn quantity(text: &str) -> Result<HeatingQuantity, Failure> {
+    let named = HeatingQuantity::ALL.into_iter().find(|sought| sought.name() == text);
     named.ok_or_else(|| input(format!("--quantity {text:?}: expected flux, radiant-flux or gas")))
 }

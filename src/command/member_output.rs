@@ -6,9 +6,9 @@ use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::plan::Plan;
 use bondline::report::ReportError;
-use bondline::report::files::{MembersFile, OutputFolder, Row, TracesFile};
+use bondline::report::files::{MemberRow, MembersFile, OutputFolder, TracesFile};
 use bondline::study::nominal::Peak;
-use bondline::traces::{Arrival, Traces};
+use bondline::traces::{MemberStatus, Traces};
 use std::ops::Range;
 
 /// The open files, and the first error of writing them.
@@ -32,13 +32,17 @@ impl MemberOutput {
         let names: Vec<&str> = case.factors().iter().map(|factor| factor.name.as_str()).collect();
         let sensors: Vec<&str> = case.sensors().iter().map(|sensor| sensor.name.as_str()).collect();
         let members = match keep {
-            Some(_) => Some(MembersFile::create(&folder.claim(&format!("members{part}.parquet"))?, &names, &sensors)?),
+            Some(_) => {
+                Some(MembersFile::create(&folder.reserve(&format!("members{part}.parquet"))?, &names, &sensors)?)
+            }
             None => None,
         };
         let traces = match keep {
-            Some(KeepArg::Traces) => {
-                Some(TracesFile::create(&folder.claim(&format!("traces{part}.parquet"))?, &sensors, plan.instants_s())?)
-            }
+            Some(KeepArg::Traces) => Some(TracesFile::create(
+                &folder.reserve(&format!("traces{part}.parquet"))?,
+                &sensors,
+                plan.instants_s(),
+            )?),
             _ => None,
         };
         Ok(Self { instants_s: plan.instants_s().to_vec(), members, traces, result: Ok(()) })
@@ -55,9 +59,9 @@ impl MemberOutput {
         if let Some(file) = &mut self.members {
             for member in 0..traces.members() {
                 let peak = |sensor| Peak::of(traces.trace(member, sensor), &self.instants_s);
-                file.append(&Row {
+                file.append(&MemberRow {
                     member: traces.first + member,
-                    arrived: traces.arrivals[member] == Arrival::Done,
+                    completed: traces.statuses[member] == MemberStatus::Completed,
                     factors: &ensemble.member(traces.first + member),
                     peaks: &(0..traces.sensors).map(peak).collect::<Vec<Peak>>(),
                 })?;

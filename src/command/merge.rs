@@ -16,6 +16,6 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     let failure = answers
         .uncertainty
         .as_ref()
-        .and_then(|outcome| too_many_failed(&outcome.failures, outcome.asked, merge.max_failed));
+        .and_then(|outcome| too_many_failed(&outcome.failures, outcome.members, merge.max_failed));
     Ok(Output { text, failure })
 }

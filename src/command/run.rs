@@ -8,7 +8,7 @@ use bondline::Session;
 use bondline::case::Case;
 use bondline::report::files::OutputFolder;
 use bondline::session::Answers;
-use bondline::study::uncertainty::{self, reason};
+use bondline::study::uncertainty::{self, failure_reason};
 use std::path::{Path, PathBuf};
 
 /// A study of a case, with the folder of its report.
@@ -45,13 +45,13 @@ impl Run {
         self.clear_progress();
         let files = self.session.report(&self.folder)?;
         let text = output_text(&files, self.json, || self.session.summary().map_err(Failure::from))?;
-        Ok(Output { text, failure: self.session.answers().and_then(failure_reason).or(failure) })
+        Ok(Output { text, failure: self.session.answers().and_then(exit_reason).or(failure) })
     }
 }
 
 /// The reason for exit code 1: the nominal march failed, or the minimisation did not converge.
-fn failure_reason(answers: &Answers) -> Option<String> {
-    let nominal_failure = answers.nominal.as_ref().and_then(|nominal| reason(&answers.case, &nominal.arrival));
+fn exit_reason(answers: &Answers) -> Option<String> {
+    let nominal_failure = answers.nominal.as_ref().and_then(|nominal| failure_reason(&answers.case, &nominal.status));
     let unconverged = answers.estimated.as_ref().filter(|estimated| !estimated.converged);
     match (nominal_failure, unconverged) {
         (Some(reason), _) => Some(format!("the nominal march failed: {reason}")),

@@ -29,7 +29,7 @@ pub(crate) fn run(
     let failure = answers
         .uncertainty
         .as_ref()
-        .and_then(|outcome| too_many_failed(&outcome.failures, outcome.asked, sweep.max_failed));
+        .and_then(|outcome| too_many_failed(&outcome.failures, outcome.members, sweep.max_failed));
     let not_estimated = answers.not_estimated.clone();
     run.clear_progress();
     if let Some(reason) = not_estimated.filter(|_| !args.march.quiet) {

@@ -48,7 +48,7 @@ pub(crate) fn write_observations(args: &TwinArgs, data: &ObservationArgs, fit: &
     let mut session = Session::open(case, &march)?;
     let made = session.twin(&options)?;
     progress.clear();
-    report::files::measured(&out, session.case(), &made)?;
+    report::files::write_observations(&out, session.case(), &made)?;
     let text = format!(
         "{} samples of {} sensors, noise {} K, seed {}: {}\n",
         made.instants_s.len(),

@@ -5,7 +5,7 @@ use crate::command::args::{CaseArgs, KeepArg, SweepArgs};
 use crate::command::exit::{Failure, Output};
 use crate::command::member_output::MemberOutput;
 use crate::command::run::{Run, load, too_many_failed};
-use bondline::study::sweep_piece::{CaseMark, Draw, Piece, fingerprint};
+use bondline::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
 use std::ops::Range;
 
 pub(crate) fn run(args: &CaseArgs, sweep: &SweepArgs, keep: Option<KeepArg>) -> Result<Output, Failure> {
@@ -16,7 +16,7 @@ pub(crate) fn run(args: &CaseArgs, sweep: &SweepArgs, keep: Option<KeepArg>) -> 
     let mut output = MemberOutput::create(&mut run.folder, run.session.case(), run.session.plan(), keep, None)?;
     let found = run.session.uncertainty_with(&options, &mut |ensemble, traces| output.append(ensemble, traces))?;
     output.close()?;
-    run.finish(too_many_failed(&found.failures, found.asked, sweep.max_failed))
+    run.finish(too_many_failed(&found.failures, found.members, sweep.max_failed))
 }
 
 /// Compute some members of a sweep and write their statistics to a file. There is no report and no check of
@@ -38,26 +38,26 @@ pub(crate) fn write_part(
     output.close()?;
     run.clear_progress();
     let case = run.session.case();
-    let mark = CaseMark {
+    let mark = CaseIdentity {
         id: case.id().to_owned(),
         path: std::path::absolute(&args.case).unwrap_or_else(|_| args.case.clone()),
         sets: convert::sets(&args.march.sets)?,
         fingerprint: fingerprint(case),
     };
-    let draw = Draw {
+    let draw = SamplingRecord {
         members: options.members,
         sampling: options.sampling.name().to_owned(),
         seed: options.seed,
         bounds: options.bounds.name().to_owned(),
     };
-    let piece = Piece::new(mark, draw, &found.backend, members.clone(), &found.nominal, &found.gathered);
-    let path = run.folder.put(&piece.file_name(), piece.to_json().as_bytes())?;
+    let piece = Piece::new(mark, draw, &found.backend, members.clone(), &found.nominal, &found.statistics);
+    let path = run.folder.write_file(&piece.file_name(), piece.to_json().as_bytes())?;
     let text = format!(
         "members {}..{} of {}, {} of them completed: {}\n",
         members.start,
         members.end,
         options.members,
-        found.gathered.ok(),
+        found.statistics.completed(),
         path.display()
     );
     Ok(Output { text, failure: None })

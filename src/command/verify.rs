@@ -3,13 +3,13 @@
 use crate::command::args::MarchArgs;
 use crate::command::args::convert;
 use crate::command::exit::{Failure, Output, input};
-use bondline::march::choose::{self, Kind};
+use bondline::march::backend_selection::{self, BackendKind};
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::{self, Device};
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
-use bondline::verify::{Group, problems::flexible, rows, table};
+use bondline::verify::{Group, problems::flexible, text_table, verification_rows};
 use serde_json::json;
 
 /// Compute every problem and print the table. The chosen backend is compared with the references; all backends are
@@ -30,19 +30,21 @@ pub(crate) fn run(as_json: bool, group: Option<&str>, args: &MarchArgs) -> Resul
         return Err(input("--set changes a case file, and verify reads none"));
     }
     let mut choice = convert::choice(args)?;
-    if choice.kind == Kind::Auto {
-        choice.kind = Kind::Cpu;
+    if choice.kind == BackendKind::Auto {
+        choice.kind = BackendKind::Cpu;
     }
-    if let (Some(device), Kind::Cpu, false) = (&choice.device, choice.kind, groups.contains(&Group::Twins)) {
+    if let (Some(device), BackendKind::Cpu, false) =
+        (&choice.device, choice.kind, groups.contains(&Group::CrossBackend))
+    {
         return Err(input(format!(
             "--device {device:?}: these groups run on the CPU; give --backend gpu, or --group twins"
         )));
     }
     choice.precision = choice.precision.or(Some(Precision::F64));
-    let mut march = choose::open(&choice, &Plan::new(&flexible::layup()), 1)?;
+    let mut march = backend_selection::open(&choice, &Plan::new(&flexible::flexible_layup()), 1)?;
     let mut marches: Vec<Box<dyn March>> = vec![Box::new(Cpu::new(Precision::F32))];
     let mut note = String::new();
-    if groups.contains(&Group::Twins) {
+    if groups.contains(&Group::CrossBackend) {
         match device::find(args.device.as_deref()) {
             Ok(adapter) => {
                 marches.push(Box::new(Gpu::new(Device::open(adapter.clone(), false)?, Precision::F32)?));
@@ -54,7 +56,7 @@ pub(crate) fn run(as_json: bool, group: Option<&str>, args: &MarchArgs) -> Resul
             Err(error) => note = format!("no device was compared with the CPU: {error}\n"),
         }
     }
-    let rows = rows(march.as_mut(), &mut marches, &groups)?;
+    let rows = verification_rows(march.as_mut(), &mut marches, &groups)?;
     let failed = rows.iter().filter(|row| !row.pass()).count();
     let text = if as_json {
         let values: Vec<_> = rows
@@ -75,7 +77,7 @@ pub(crate) fn run(as_json: bool, group: Option<&str>, args: &MarchArgs) -> Resul
             .collect();
         format!("{:#}\n", json!({ "rows": values, "passed": rows.len() - failed, "failed": failed }))
     } else {
-        format!("{}{note}", table(&rows))
+        format!("{}{note}", text_table(&rows))
     };
     Ok(Output { text, failure: (failed > 0).then(|| format!("{failed} of {} rows fail", rows.len())) })
 }

@@ -12,7 +12,7 @@ pub struct Marginal {
     deviation: f64,
     low: f64,
     high: f64,
-    /// Probabilities of the untruncated normal distribution below `low` and between `low` and `high`; `None` for the
+    /// Probabilities of the untruncated normal distribution below `low` and between `low` and `high`; `Scalar` for the
     /// uniform distribution.
     normal: Option<(f64, f64)>,
 }
@@ -29,7 +29,7 @@ impl Marginal {
     }
 
     /// Quantile: the value with this cumulative probability.
-    pub fn value(&self, share: f64) -> f64 {
+    pub fn quantile(&self, share: f64) -> f64 {
         let value = match self.normal {
             Some((below, inside)) => {
                 self.centre + self.deviation * Normal::standard().inverse_cdf(below + share * inside)
@@ -41,7 +41,7 @@ impl Marginal {
     }
 
     /// Cumulative probability of a value; 0.5 for a fixed factor.
-    pub fn share(&self, value: f64) -> f64 {
+    pub fn cumulative(&self, value: f64) -> f64 {
         if self.is_fixed() {
             return 0.5;
         }
@@ -53,7 +53,7 @@ impl Marginal {
     }
 
     /// Value scaled to −1 at the low bound and 1 at the high bound; zero for a fixed factor.
-    pub fn place(&self, value: f64) -> f64 {
+    pub fn scaled(&self, value: f64) -> f64 {
         if self.is_fixed() { 0.0 } else { (2.0 * value - self.low - self.high) / (self.high - self.low) }
     }
 

@@ -6,7 +6,7 @@
 
 use super::{Marginal, SamplingKind};
 use crate::case::{Bounds, Correlation, Factor};
-use crate::chance::Numbers;
+use crate::random::RandomStream;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Sampling method and seed.
@@ -20,23 +20,29 @@ pub struct Sampling {
 
 /// Generates any member of a sampled ensemble.
 #[derive(Clone, Debug)]
-pub(super) struct Draw {
+pub(super) struct Sampler {
     sampling: Sampling,
     members: u64,
     marginals: Vec<Marginal>,
     /// Keys of the Latin hypercube's stratum permutations, one per factor.
-    keys: Vec<u64>,
+    stratum_keys: Vec<u64>,
     correlation: Correlation,
 }
 
-impl Draw {
+impl Sampler {
     pub(super) fn new(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
         let marginal = |factor: &Factor| Marginal::new(factor.nominal, factor.bounds(bounds), sampling.kind);
         // No member has this index, so its stream is free for the keys.
-        let mut keys = Numbers::of(sampling.seed, u64::MAX);
-        let keys = factors.iter().map(|_| keys.word()).collect();
+        let mut keys = RandomStream::new(sampling.seed, u64::MAX);
+        let keys = factors.iter().map(|_| keys.next_u64()).collect();
         let marginals = factors.iter().map(marginal).collect();
-        Self { sampling: *sampling, members: members as u64, marginals, keys, correlation: Correlation::default() }
+        Self {
+            sampling: *sampling,
+            members: members as u64,
+            marginals,
+            stratum_keys: keys,
+            correlation: Correlation::default(),
+        }
     }
 
     pub(super) fn correlated(self, correlation: &Correlation) -> Self {
@@ -44,30 +50,30 @@ impl Draw {
     }
 
     /// The factor values of one member.
-    pub(super) fn row(&self, member: usize) -> Vec<f64> {
+    pub(super) fn member(&self, member: usize) -> Vec<f64> {
         let member = member as u64;
-        let mut numbers = Numbers::of(self.sampling.seed, member);
+        let mut numbers = RandomStream::new(self.sampling.seed, member);
         let share = |(factor, &key): (usize, &u64)| match self.sampling.kind {
-            SamplingKind::Normal | SamplingKind::Uniform => numbers.unit(),
+            SamplingKind::Normal | SamplingKind::Uniform => numbers.uniform(),
             SamplingKind::LatinHypercube => {
-                let stratum = permuted(member, self.members, key);
-                (stratum as f64 + numbers.unit()) / self.members as f64
+                let stratum = permute(member, self.members, key);
+                (stratum as f64 + numbers.uniform()) / self.members as f64
             }
             SamplingKind::Sobol => sobol(self.sampling.seed, member, factor as u64),
         };
-        let mut shares: Vec<f64> = self.keys.iter().enumerate().map(share).collect();
-        mix(&mut shares, &self.correlation);
-        self.marginals.iter().zip(shares).map(|(marginal, share)| marginal.value(share)).collect()
+        let mut shares: Vec<f64> = self.stratum_keys.iter().enumerate().map(share).collect();
+        correlate(&mut shares, &self.correlation);
+        self.marginals.iter().zip(shares).map(|(marginal, share)| marginal.quantile(share)).collect()
     }
 }
 
 /// Gaussian copula: correlates independent uniform numbers. Uncorrelated factors keep their values to the last bit.
-fn mix(shares: &mut [f64], correlation: &Correlation) {
-    if correlation.is_none() {
+fn correlate(shares: &mut [f64], correlation: &Correlation) {
+    if correlation.is_empty() {
         return;
     }
     let scores: Vec<f64> = shares.iter().map(|&share| Normal::standard().inverse_cdf(share)).collect();
-    for (share, row) in shares.iter_mut().zip(correlation.rows()) {
+    for (share, row) in shares.iter_mut().zip(correlation.cholesky_rows()) {
         // A row with zeros left of the diagonal belongs to an uncorrelated factor.
         if row[..row.len() - 1].iter().any(|&weight| weight != 0.0) {
             let score: f64 = row.iter().zip(&scores).map(|(weight, score)| weight * score).sum();
@@ -80,7 +86,7 @@ fn mix(shares: &mut [f64], correlation: &Correlation) {
 fn sobol(seed: u64, member: u64, factor: u64) -> f64 {
     const MEMBERS: u64 = 1 << 16;
     const FACTORS: u64 = sobol_burley::NUM_DIMENSIONS as u64;
-    let scramble = mixed(seed ^ mixed((member / MEMBERS) << 32 | (factor / FACTORS))) as u32;
+    let scramble = splitmix64(seed ^ splitmix64((member / MEMBERS) << 32 | (factor / FACTORS))) as u32;
     let coordinate = sobol_burley::sample((member % MEMBERS) as u32, (factor % FACTORS) as u32, scramble);
     // `sobol_burley` returns f32 on a lattice of 2⁻²⁴ that includes zero; half a step shifts the value into the open
     // interval.
@@ -90,7 +96,7 @@ fn sobol(seed: u64, member: u64, factor: u64) -> f64 {
 /// Keyed permutation of `0..count`: a balanced Feistel network over the next even number of bits, iterated until the
 /// result lies in range (cycle walking: Black & Rogaway, "Ciphers with Arbitrary Finite Domains", 2002). Unlike a
 /// shuffle it needs no table of all members.
-fn permuted(index: u64, count: u64, key: u64) -> u64 {
+fn permute(index: u64, count: u64, key: u64) -> u64 {
     const ROUNDS: u64 = 8;
     let half = (u64::BITS - (count - 1).leading_zeros()).div_ceil(2).max(1);
     let mask = (1 << half) - 1;
@@ -98,7 +104,7 @@ fn permuted(index: u64, count: u64, key: u64) -> u64 {
     loop {
         let (mut left, mut right) = (image >> half, image & mask);
         for round in 0..ROUNDS {
-            (left, right) = (right, left ^ (mixed(key.wrapping_add(round) ^ mixed(right)) & mask));
+            (left, right) = (right, left ^ (splitmix64(key.wrapping_add(round) ^ splitmix64(right)) & mask));
         }
         image = left << half | right;
         if image < count {
@@ -108,7 +114,7 @@ fn permuted(index: u64, count: u64, key: u64) -> u64 {
 }
 
 /// Mixes the bits of a word: the finaliser of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014).
-fn mixed(word: u64) -> u64 {
+fn splitmix64(word: u64) -> u64 {
     let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -199,7 +205,7 @@ mod tests {
     fn every_stratum_of_the_hypercube_holds_one_member() {
         for members in [1, 2, 3, 100, 1000, 4097] {
             let marginal = Marginal::new(1.0, (0.75, 1.25), SamplingKind::LatinHypercube);
-            let edges: Vec<f64> = (0..=members).map(|i| marginal.value(i as f64 / members as f64)).collect();
+            let edges: Vec<f64> = (0..=members).map(|i| marginal.quantile(i as f64 / members as f64)).collect();
             let mut held = vec![0; members];
             for row in drawn(SamplingKind::LatinHypercube, 9, members) {
                 held[edges[..members].partition_point(|&edge| edge <= row[0]) - 1] += 1;
@@ -253,7 +259,7 @@ mod tests {
             let marginals: Vec<Marginal> =
                 factors().iter().map(|factor| Marginal::new(factor.nominal, factor.small, kind)).collect();
             let shares = |row: Vec<f64>| -> Vec<f64> {
-                row.iter().zip(&marginals).map(|(value, marginal)| marginal.share(*value) - 0.5).collect()
+                row.iter().zip(&marginals).map(|(value, marginal)| marginal.cumulative(*value) - 0.5).collect()
             };
             let rows: Vec<Vec<f64>> = (0..correlated.len()).map(|member| shares(correlated.member(member))).collect();
             let product = |a: usize, b: usize| rows.iter().map(|row| 12.0 * row[a] * row[b]).sum::<f64>() / 20_000.0;

@@ -10,7 +10,7 @@ pub fn residual_variance(objective: f64, samples: usize, variables: usize) -> f6
 
 /// Lag-one autocorrelation of residuals, `Σ rᵢ rᵢ₊₁ / Σ rᵢ²`, with sums within each trace. The mean is not subtracted,
 /// so a bias of the prediction counts as autocorrelation. Zero without residuals.
-pub fn lag_one(traces: &[Vec<f64>]) -> f64 {
+pub fn lag_one_autocorrelation(traces: &[Vec<f64>]) -> f64 {
     let products: f64 = traces.iter().flat_map(|trace| trace.windows(2)).map(|pair| pair[0] * pair[1]).sum();
     let squares: f64 = traces.iter().flatten().map(|residual| residual.powi(2)).sum();
     if squares > 0.0 { products / squares } else { 0.0 }
@@ -58,16 +58,16 @@ mod tests {
     #[test]
     fn constant_residuals_correlate_positively_and_alternating_ones_negatively() {
         let steady = vec![vec![2.0; 50], vec![-1.0; 50]];
-        assert!(lag_one(&steady) > 0.97);
+        assert!(lag_one_autocorrelation(&steady) > 0.97);
         let alternating = vec![(0..100).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect()];
-        assert!(lag_one(&alternating) < -0.98);
-        assert_eq!(lag_one(&[]), 0.0);
+        assert!(lag_one_autocorrelation(&alternating) < -0.98);
+        assert_eq!(lag_one_autocorrelation(&[]), 0.0);
     }
 
     #[test]
     fn traces_are_not_joined_end_to_end() {
-        assert_eq!(lag_one(&[vec![1.0], vec![1.0]]), 0.0);
-        assert_eq!(lag_one(&[vec![1.0, 1.0]]), 0.5);
+        assert_eq!(lag_one_autocorrelation(&[vec![1.0], vec![1.0]]), 0.0);
+        assert_eq!(lag_one_autocorrelation(&[vec![1.0, 1.0]]), 0.5);
     }
 
     #[test]

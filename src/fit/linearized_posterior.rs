@@ -13,29 +13,29 @@
 //! prediction, propagated like an error of the data. The size of d is known and its remainder after extrapolation is
 //! not, so it counts as one standard deviation.
 
-use super::identify::{Certainty, certainty};
+use super::identifiability::{CovarianceSummary, covariance_summary};
 use super::interval::NORMAL_95;
-use super::noise_model::{NoiseProcess, NoiseSums};
+use super::noise_model::{NoiseProcess, ScoreCovariances};
 use super::prior::Prior;
 use nalgebra::{DMatrix, DVector};
 
 /// Maximum iterations for the objective scale, and the relative change at which it has converged. Where priors alone
 /// determine the variables, the iteration need not converge.
-const ROUNDS: usize = 40;
-const SETTLED: f64 = 1e-4;
+const MAX_SCALE_ITERATIONS: usize = 40;
+const SCALE_TOLERANCE: f64 = 1e-4;
 
 /// The posterior of data and priors to first order.
 #[derive(Clone, Debug)]
 pub struct LinearizedPosterior {
     /// Inverse Hessian of the objective, with its correlations and determined directions.
-    pub certainty: Certainty,
+    pub covariance_summary: CovarianceSummary,
     noise: NoiseProcess,
-    sums: NoiseSums,
+    score_covariances: ScoreCovariances,
     scale: f64,
     /// Λ, a diagonal.
-    precision: DVector<f64>,
+    prior_precision: DVector<f64>,
     /// Jᵀd/c.
-    numerical: DVector<f64>,
+    numerical_gradient: DVector<f64>,
 }
 
 impl LinearizedPosterior {
@@ -56,21 +56,24 @@ impl LinearizedPosterior {
             precision[prior.variable] += prior.deviation.powi(-2);
         }
         Self {
-            certainty: certainty(&stacked, 1.0),
-            sums: noise.sums(data),
+            covariance_summary: covariance_summary(&stacked, 1.0),
+            score_covariances: noise.score_covariances(data),
             noise: noise.clone(),
             scale,
-            precision,
-            numerical: data.tr_mul(numerical_error) / scale,
+            prior_precision: precision,
+            numerical_gradient: data.tr_mul(numerical_error) / scale,
         }
     }
 
     /// Ratio of the interval variance to the variance of the objective alone, averaged over the variables. NaN where no
     /// variable is determined.
     fn width_ratio(&self) -> f64 {
-        let determined = (0..self.precision.len()).filter(|&j| self.certainty.standard_errors[j].is_finite());
+        let determined =
+            (0..self.prior_precision.len()).filter(|&j| self.covariance_summary.standard_errors[j].is_finite());
         let ratios: Vec<f64> = determined
-            .map(|j| (self.half_width(&self.unit(j)) / NORMAL_95).powi(2) / self.certainty.covariance[(j, j)])
+            .map(|j| {
+                (self.half_width(&self.unit_vector(j)) / NORMAL_95).powi(2) / self.covariance_summary.covariance[(j, j)]
+            })
             .collect();
         ratios.iter().sum::<f64>() / ratios.len() as f64
     }
@@ -85,13 +88,13 @@ impl LinearizedPosterior {
     ) -> f64 {
         let mut scale = Self::new(data, &[], 1.0, noise, numerical_error).width_ratio();
         // Without priors the ratio is inversely proportional to the scale, so the first value is exact.
-        for _ in 0..if priors.is_empty() { 0 } else { ROUNDS } {
+        for _ in 0..if priors.is_empty() { 0 } else { MAX_SCALE_ITERATIONS } {
             if !scale.is_normal() {
                 break;
             }
             let ratio = Self::new(data, priors, scale, noise, numerical_error).width_ratio();
             scale *= ratio;
-            if (ratio - 1.0).abs() < SETTLED {
+            if (ratio - 1.0).abs() < SCALE_TOLERANCE {
                 break;
             }
         }
@@ -100,18 +103,22 @@ impl LinearizedPosterior {
 
     /// Half-width of the 95 % interval of a quantity with this gradient in the variables.
     pub fn half_width(&self, gradient: &DVector<f64>) -> f64 {
-        let moved = &self.certainty.covariance * gradient;
-        let prior_variance = moved.component_mul(&moved).dot(&self.precision);
-        let noise_half_width = self.noise.half_width(&self.sums, &(&moved / self.scale), prior_variance);
-        noise_half_width.hypot(NORMAL_95 * moved.dot(&self.numerical))
+        let moved = &self.covariance_summary.covariance * gradient;
+        let prior_variance = moved.component_mul(&moved).dot(&self.prior_precision);
+        let noise_half_width = self.noise.half_width(&self.score_covariances, &(&moved / self.scale), prior_variance);
+        noise_half_width.hypot(NORMAL_95 * moved.dot(&self.numerical_gradient))
     }
 
     /// Half-widths of the variables' 95 % intervals; infinite for undetermined variables.
     pub fn half_widths(&self) -> Vec<f64> {
         let half_width = |j: usize| {
-            if self.certainty.standard_errors[j].is_finite() { self.half_width(&self.unit(j)) } else { f64::INFINITY }
+            if self.covariance_summary.standard_errors[j].is_finite() {
+                self.half_width(&self.unit_vector(j))
+            } else {
+                f64::INFINITY
+            }
         };
-        (0..self.precision.len()).map(half_width).collect()
+        (0..self.prior_precision.len()).map(half_width).collect()
     }
 
     /// Standard deviations of normal distributions with these intervals.
@@ -121,16 +128,16 @@ impl LinearizedPosterior {
 
     /// Shift of each variable due to the numerical error.
     pub fn numerical_errors(&self) -> Vec<f64> {
-        (&self.certainty.covariance * &self.numerical).iter().map(|moved| moved.abs()).collect()
+        (&self.covariance_summary.covariance * &self.numerical_gradient).iter().map(|moved| moved.abs()).collect()
     }
 
     /// [`NoiseProcess::noise_inflation`] of data without priors.
-    pub fn strength(&self) -> (f64, f64) {
-        let unscaled = &self.certainty.covariance / self.scale;
-        self.noise.strength(&self.sums, &unscaled, self.certainty.rank)
+    pub fn noise_inflation(&self) -> (f64, f64) {
+        let unscaled = &self.covariance_summary.covariance / self.scale;
+        self.noise.noise_inflation(&self.score_covariances, &unscaled, self.covariance_summary.rank)
     }
 
-    fn unit(&self, index: usize) -> DVector<f64> {
-        DVector::from_fn(self.precision.len(), |j, _| if j == index { 1.0 } else { 0.0 })
+    fn unit_vector(&self, index: usize) -> DVector<f64> {
+        DVector::from_fn(self.prior_precision.len(), |j, _| if j == index { 1.0 } else { 0.0 })
     }
 }

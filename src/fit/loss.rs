@@ -1,6 +1,6 @@
 //! Robust loss functions: outliers count for less than their squares.
 //!
-//! A loss ρ(r) replaces r² and is minimised as the square of a transformed residual, `r̃ = sign(r) √ρ(r)`. A robust
+//! A loss ρ(r) replaces r² and is minimised as the square of a transformed residual, `r̃ = alternating_sign(r) √ρ(r)`. A robust
 //! problem is thus an ordinary least-squares problem with the same finite differences, damping and termination, and S
 //! is exactly `Σ ρ(r)`. (Iteratively reweighted least squares approach the same minimum, but S changes its meaning
 //! between iterations, so reductions cannot be compared.)
@@ -23,7 +23,7 @@ use nalgebra::{DMatrix, DVector};
 /// if the residuals are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub enum Loss {
+pub enum RobustLoss {
     /// r²: least squares.
     #[default]
     Squares,
@@ -40,14 +40,14 @@ pub enum Loss {
     },
 }
 
-impl Loss {
+impl RobustLoss {
     /// ρ(r).
-    pub fn of(self, r: f64) -> f64 {
-        self.bent(r).powi(2)
+    pub fn rho(self, r: f64) -> f64 {
+        self.transformed(r).powi(2)
     }
 
     /// r̃.
-    fn bent(self, r: f64) -> f64 {
+    fn transformed(self, r: f64) -> f64 {
         match self {
             Self::SoftL1 { width } => r * (2.0 / (1.0 + 1f64.hypot(r / width))).sqrt(),
             Self::Huber { width } if r.abs() > width => (2.0 * width * r.abs() - width * width).sqrt().copysign(r),
@@ -56,7 +56,7 @@ impl Loss {
     }
 
     /// The residual of a transformed one.
-    fn straight(self, transformed: f64) -> f64 {
+    fn inverse_transform(self, transformed: f64) -> f64 {
         match self {
             Self::SoftL1 { width } => transformed * 1f64.hypot(transformed / (2.0 * width)),
             Self::Huber { width } if transformed.abs() > width => {
@@ -76,7 +76,7 @@ impl Loss {
     }
 
     /// ψ′.
-    fn stiffness(self, r: f64) -> f64 {
+    fn influence_derivative(self, r: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
             Self::SoftL1 { width } => 1f64.hypot(r / width).powi(-3),
@@ -85,22 +85,23 @@ impl Loss {
     }
 
     /// dr̃/dr: ψ/r̃, as `r̃² = ρ`.
-    fn slope(self, r: f64) -> f64 {
-        if r == 0.0 { 1.0 } else { self.influence(r) / self.bent(r) }
+    fn transform_derivative(self, r: f64) -> f64 {
+        if r == 0.0 { 1.0 } else { self.influence(r) / self.transformed(r) }
     }
 
     /// `ψ′/(dr̃/dr)²`, the weight of a transformed residual in the curvature of the loss: the second derivative of r̃²
     /// is twice `(dr̃/dr)² + r̃ d²r̃/dr²`, and Gauss-Newton uses the first term alone. Both losses are convex, so the
     /// weight is not negative.
     fn curvature_weight(self, r: f64) -> f64 {
-        self.stiffness(r) / self.slope(r).powi(2)
+        self.influence_derivative(r) / self.transform_derivative(r).powi(2)
     }
 
     /// Residuals and derivatives of the original problem from those of a [`RobustProblem`], after a fit.
-    pub fn straightened(self, transformed: &DVector<f64>, jacobian: &DMatrix<f64>) -> Tangent {
-        let residuals = transformed.map(|transformed| self.straight(transformed));
-        let jacobian =
-            DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] / self.slope(residuals[i]));
+    pub fn untransformed(self, transformed: &DVector<f64>, jacobian: &DMatrix<f64>) -> Tangent {
+        let residuals = transformed.map(|transformed| self.inverse_transform(transformed));
+        let jacobian = DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| {
+            jacobian[(i, j)] / self.transform_derivative(residuals[i])
+        });
         Tangent { residuals, jacobian }
     }
 
@@ -108,7 +109,7 @@ impl Loss {
     /// `κ = 1 + (p/n) var ψ′/(mean ψ′)²` (Huber, *Robust Statistics*, 1981, section 7.6), after a fit of `variables`.
     /// They equal the residuals where all of these are small, and are infinite where ψ′ is zero for every residual.
     pub fn pseudo_residuals(self, residuals: &DVector<f64>, variables: f64) -> DVector<f64> {
-        let slopes = residuals.map(|r| self.stiffness(r));
+        let slopes = residuals.map(|r| self.influence_derivative(r));
         let mean = slopes.mean();
         if mean <= 0.0 {
             return residuals.map(|_| f64::INFINITY);
@@ -128,13 +129,13 @@ impl Loss {
 
     /// Mean ψ′: the curvature of `Σ ρ(r)` relative to that of the sum of squares of untransformed residuals (Schrader &
     /// Hettmansperger, Biometrika 67, 1980).
-    pub fn mean_stiffness(self, residuals: &DVector<f64>) -> f64 {
-        residuals.map(|r| self.stiffness(r)).mean()
+    pub fn mean_influence_derivative(self, residuals: &DVector<f64>) -> f64 {
+        residuals.map(|r| self.influence_derivative(r)).mean()
     }
 }
 
 /// Name and, for robust losses, width: `huber=1.345`.
-impl std::fmt::Display for Loss {
+impl std::fmt::Display for RobustLoss {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Squares => f.write_str("squares"),
@@ -145,14 +146,14 @@ impl std::fmt::Display for Loss {
 }
 
 /// A least-squares problem with a loss function on its residuals.
-pub struct Robust<P> {
+pub struct RobustProblem<P> {
     /// The problem.
     pub problem: P,
     /// The loss function.
-    pub loss: Loss,
+    pub loss: RobustLoss,
 }
 
-impl<P: LeastSquares> LeastSquares for Robust<P> {
+impl<P: LeastSquares> LeastSquares for RobustProblem<P> {
     type Error = P::Error;
 
     fn bounds(&self) -> &[(f64, f64)] {
@@ -160,23 +161,23 @@ impl<P: LeastSquares> LeastSquares for Robust<P> {
     }
 
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, P::Error> {
-        Ok(self.problem.residuals(points)?.map(|r| self.loss.bent(r)))
+        Ok(self.problem.residuals(points)?.map(|r| self.loss.transformed(r)))
     }
 
     fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
         let transform = |mut tangent: Tangent| {
             for (mut row, &r) in tangent.jacobian.row_iter_mut().zip(tangent.residuals.iter()) {
-                row *= self.loss.slope(r);
+                row *= self.loss.transform_derivative(r);
             }
-            tangent.residuals.apply(|r| *r = self.loss.bent(*r));
+            tangent.residuals.apply(|r| *r = self.loss.transformed(*r));
             tangent
         };
         Ok(self.problem.tangents(points)?.map(|tangents| tangents.into_iter().map(transform).collect()))
     }
 
     fn curvature_weights(&self, residuals: &DVector<f64>) -> Option<DVector<f64>> {
-        let weight = |transformed| self.loss.curvature_weight(self.loss.straight(transformed));
-        (self.loss != Loss::Squares).then(|| residuals.map(weight))
+        let weight = |transformed| self.loss.curvature_weight(self.loss.inverse_transform(transformed));
+        (self.loss != RobustLoss::Squares).then(|| residuals.map(weight))
     }
 }
 
@@ -184,29 +185,29 @@ impl<P: LeastSquares> LeastSquares for Robust<P> {
 mod tests {
     use super::*;
 
-    const LOSSES: [Loss; 2] = [Loss::SoftL1 { width: 1.5 }, Loss::Huber { width: 1.345 }];
+    const LOSSES: [RobustLoss; 2] = [RobustLoss::SoftL1 { width: 1.5 }, RobustLoss::Huber { width: 1.345 }];
 
     #[test]
     fn transformed_residuals_invert_exactly_and_their_squares_are_the_loss() {
         for loss in LOSSES {
             for r in [-40.0, -1.5, -1.0, -1e-9, 0.0, 0.3, 1.4, 7.0] {
-                assert!((loss.straight(loss.bent(r)) - r).abs() <= 1e-14 * r.abs());
-                let difference = (loss.bent(r + 1e-6) - loss.bent(r - 1e-6)) / 2e-6;
-                assert!((loss.slope(r) - difference).abs() < 1e-6, "{loss:?} at {r}");
+                assert!((loss.inverse_transform(loss.transformed(r)) - r).abs() <= 1e-14 * r.abs());
+                let difference = (loss.transformed(r + 1e-6) - loss.transformed(r - 1e-6)) / 2e-6;
+                assert!((loss.transform_derivative(r) - difference).abs() < 1e-6, "{loss:?} at {r}");
             }
         }
-        assert!((LOSSES[0].bent(2.0).powi(2) - 2.0 * 2.25 * ((1.0f64 + 4.0 / 2.25).sqrt() - 1.0)).abs() < 1e-14);
-        assert!((LOSSES[1].bent(-2.0).powi(2) - (2.0 * 1.345 * 2.0 - 1.345 * 1.345)).abs() < 1e-14);
+        assert!((LOSSES[0].transformed(2.0).powi(2) - 2.0 * 2.25 * ((1.0f64 + 4.0 / 2.25).sqrt() - 1.0)).abs() < 1e-14);
+        assert!((LOSSES[1].transformed(-2.0).powi(2) - (2.0 * 1.345 * 2.0 - 1.345 * 1.345)).abs() < 1e-14);
     }
 
     #[test]
     fn curvature_weight_is_the_ratio_of_the_curvatures_of_the_loss_and_of_gauss_newton() {
         for loss in LOSSES {
             for r in [-40.0f64, -1.6, -0.3, 1e-3, 1.2, 7.0] {
-                let (h, square) = (1e-4 * r.abs().max(1.0), |r| loss.bent(r).powi(2));
+                let (h, square) = (1e-4 * r.abs().max(1.0), |r| loss.transformed(r).powi(2));
                 let curvature = (square(r + h) - 2.0 * square(r) + square(r - h)) / (2.0 * h * h);
                 let weight = loss.curvature_weight(r);
-                assert!((weight * loss.slope(r).powi(2) - curvature).abs() < 1e-5, "{loss:?} at {r}");
+                assert!((weight * loss.transform_derivative(r).powi(2) - curvature).abs() < 1e-5, "{loss:?} at {r}");
                 assert!((0.0..=1.0 + f64::EPSILON).contains(&weight), "{loss:?} at {r}: {weight}");
             }
         }

@@ -40,34 +40,34 @@
 //! (2006); Özışık & Orlande, *Inverse Heat Transfer* (2000).
 
 mod bounds;
-mod descent;
-pub mod difference;
-pub mod identify;
+pub mod chain_diagnostics;
+pub mod ensemble_mcmc;
+pub mod finite_differences;
+pub mod identifiability;
 pub mod interval;
+mod levenberg_marquardt;
+mod linear_model;
 mod linearized_posterior;
 pub mod loss;
-pub mod mixing;
-mod neighbourhood;
 pub mod noise_model;
-mod pace;
 pub mod prior;
 mod quadratic;
 pub mod subset;
 pub mod termination;
-pub mod walk;
+mod trust_region;
 
-pub use difference::difference;
-pub use identify::{Certainty, certainty};
+pub use chain_diagnostics::ChainDiagnostics;
+pub use ensemble_mcmc::{EnsembleChains, ensemble_mcmc};
+pub use finite_differences::finite_difference_tangent;
+pub use identifiability::{CovarianceSummary, covariance_summary};
 pub use linearized_posterior::LinearizedPosterior;
-pub use loss::{Loss, Robust};
-pub use mixing::Mixing;
+pub use loss::{RobustLoss, RobustProblem};
 pub use noise_model::NoiseProcess;
-pub use prior::{Prior, Weighed, WithPriors};
-pub use subset::{Dropped, Limits, Reason, Subset, subset};
+pub use prior::{Prior, WeightedProblem, WithPriors};
+pub use subset::{DropReason, Dropped, Subset, SubsetLimits, identifiable_subset};
 pub use termination::Termination;
-pub use walk::{Walk, walk};
 
-use descent::Descent;
+use levenberg_marquardt::LevenbergMarquardt;
 use nalgebra::{DMatrix, DVector};
 
 /// A bounded least-squares problem. Evaluations come in batches: the points of a finite-difference stencil and the
@@ -88,7 +88,7 @@ pub trait LeastSquares {
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Self::Error>;
 
     /// Residuals and Jacobians at many points, one point per column, where the problem supplies derivatives. With
-    /// `None` they come from finite differences of [`residuals`](Self::residuals).
+    /// `Scalar` they come from finite differences of [`residuals`](Self::residuals).
     ///
     /// # Errors
     /// When the evaluation as a whole fails.
@@ -97,7 +97,7 @@ pub trait LeastSquares {
     }
 
     /// Weight of each row of the Jacobian J in the curvature of S at these residuals: half of the Hessian of S is
-    /// `Jᵀ W J` with W diagonal, without the second derivatives of the prediction. `None` where every weight is one, as
+    /// `Jᵀ W J` with W diagonal, without the second derivatives of the prediction. `Scalar` where every weight is one, as
     /// in a plain sum of squares. Weights lie between zero and one.
     fn curvature_weights(&self, _residuals: &DVector<f64>) -> Option<DVector<f64>> {
         None
@@ -142,18 +142,18 @@ impl Tangent {
 
 /// How the damping is controlled, and which tolerances end a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rules {
+pub enum DampingStrategy {
     /// Damping from a trust-region radius that follows the reduction of each step; the tolerances of [`Options`] apply.
-    Radius,
+    TrustRegion,
     /// The paper's rule with bounds added: one trial per iteration, μ tenfold after a failure and a tenth after a
     /// success, Ω of the current point alone. The tolerances have the units of residuals and variables.
     Paper {
         /// Initial μ.
-        damping: f64,
+        initial_damping: f64,
         /// ε₁: converged when an iteration changes S by less.
         tolerance_objective: f64,
         /// ε₂: converged when `|Jᵀr|` is less, variables at active bounds excluded.
-        tolerance_slope: f64,
+        tolerance_gradient: f64,
         /// ε₃: converged when a step is shorter.
         tolerance_step: f64,
     },
@@ -161,28 +161,28 @@ pub enum Rules {
 
 /// Finite-difference scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sides {
+pub enum DifferenceScheme {
     /// Central: second order in the step, two points per variable.
-    Both,
+    Central,
     /// One-sided, towards the more distant bound: first order, one point per variable. For problems that are evaluated
     /// one point at a time.
-    One,
+    OneSided,
 }
 
 /// Options of a minimisation. The tolerances do not depend on the units of residuals or variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// How steps are damped and accepted.
-    pub rules: Rules,
+    pub damping_strategy: DampingStrategy,
     /// Trial steps per iteration with [`DampingStrategy::TrustRegion`], each shorter and more damped than the one
     /// before. One trial needs the fewest points, several need the fewest ensembles.
     pub trials: usize,
     /// Whether steps are corrected for the second derivative of the residuals along them (geodesic acceleration): one
     /// extra point per trial, in an ensemble of its own. Useful in long narrow valleys. Not used while the model has
     /// [curvature weights](LeastSquares::curvature_weights).
-    pub bends: bool,
+    pub geodesic_acceleration: bool,
     /// Maximum number of iterations, accepted or not.
-    pub patience: usize,
+    pub max_iterations: usize,
     /// ε₁ of the paper, relative to S: converged when neither the predicted nor the actual reduction of the last step
     /// is larger, or when the predicted reduction of the undamped step is not.
     pub tolerance_reduction: f64,
@@ -193,7 +193,7 @@ pub struct Options {
     /// distance from zero, both in variables scaled by their column norms.
     pub tolerance_step: f64,
     /// Finite-difference scheme where the problem supplies no derivatives.
-    pub sides: Sides,
+    pub difference_scheme: DifferenceScheme,
     /// Finite-difference step relative to the size of the variable. The size is the absolute value, but at least half
     /// of the size at the previous accepted point, as a variable can pass zero; it is one at a start of zero. Choose a
     /// step that changes the residuals by much more than their own error.
@@ -206,14 +206,14 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            rules: Rules::Radius,
+            damping_strategy: DampingStrategy::TrustRegion,
             trials: 4,
-            bends: false,
-            patience: 50,
+            geodesic_acceleration: false,
+            max_iterations: 50,
             tolerance_reduction: 1e-9,
             tolerance_gradient: 1e-8,
             tolerance_step: 1e-6,
-            sides: Sides::Both,
+            difference_scheme: DifferenceScheme::Central,
             difference_step: 1e-4,
             derivative_error: 1e-5,
         }
@@ -232,18 +232,18 @@ pub struct Fit {
     /// Residual × variable, at the point.
     pub jacobian: DMatrix<f64>,
     /// The accepted points, the start first; S decreases from each to the next.
-    pub path: Vec<Turn>,
+    pub path: Vec<Iterate>,
     /// Number of points at which residuals were computed, finite differences included.
     pub evaluations: usize,
     /// Number of points at which the problem supplied derivatives.
-    pub tangents: usize,
+    pub tangent_evaluations: usize,
     /// The criterion that ended the run.
     pub termination: Termination,
 }
 
 /// An accepted point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Turn {
+pub struct Iterate {
     /// The variables.
     pub point: DVector<f64>,
     /// S at the point.
@@ -288,21 +288,25 @@ pub fn minimize_within<P: LeastSquares>(
     bounds: &[Vec<(f64, f64)>],
     options: &Options,
 ) -> Result<Vec<Fit>, P::Error> {
-    let mut runs: Vec<Descent> = starts
+    let mut runs: Vec<LevenbergMarquardt> = starts
         .column_iter()
         .zip(bounds)
-        .map(|(start, bounds)| Descent::new(&start.into_owned(), bounds, options))
+        .map(|(start, bounds)| LevenbergMarquardt::new(&start.into_owned(), bounds, options))
         .collect();
     loop {
-        let mut without_tangent: Vec<&mut Descent> = runs.iter_mut().filter_map(Descent::wanting_tangent).collect();
+        let mut without_tangent: Vec<&mut LevenbergMarquardt> =
+            runs.iter_mut().filter_map(LevenbergMarquardt::awaiting_tangent).collect();
         if !without_tangent.is_empty() {
-            let points: Vec<DVector<f64>> = without_tangent.iter().map(|run| run.next().clone()).collect();
+            let points: Vec<DVector<f64>> = without_tangent.iter().map(|run| run.tangent_point().clone()).collect();
             if let Some(tangents) = problem.tangents(&DMatrix::from_columns(&points))? {
-                without_tangent.iter_mut().zip(tangents).for_each(|(run, tangent)| run.told(tangent, &*problem));
+                without_tangent
+                    .iter_mut()
+                    .zip(tangents)
+                    .for_each(|(run, tangent)| run.receive_tangent(tangent, &*problem));
             }
         }
 
-        let requested: Vec<DMatrix<f64>> = runs.iter().map(Descent::wanted).collect();
+        let requested: Vec<DMatrix<f64>> = runs.iter().map(LevenbergMarquardt::requested_points).collect();
         let columns: Vec<_> = requested.iter().flat_map(|points| points.column_iter()).collect();
         if columns.is_empty() {
             break;
@@ -310,9 +314,9 @@ pub fn minimize_within<P: LeastSquares>(
         let computed = problem.residuals(&DMatrix::from_columns(&columns))?;
         let mut first = 0;
         for (run, points) in runs.iter_mut().zip(&requested).filter(|(_, points)| points.ncols() > 0) {
-            run.computed(computed.columns(first, points.ncols()).into_owned(), &*problem);
+            run.receive_residuals(computed.columns(first, points.ncols()).into_owned(), &*problem);
             first += points.ncols();
         }
     }
-    Ok(runs.into_iter().map(Descent::end).collect())
+    Ok(runs.into_iter().map(LevenbergMarquardt::into_fit).collect())
 }

@@ -38,28 +38,28 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Prior probabilities of white noise and of the purely exponential process; the remainder is that of their sum.
-const WHITE: f64 = 0.75;
-const EXPONENTIAL: f64 = 0.17;
+const WHITE_PRIOR: f64 = 0.75;
+const EXPONENTIAL_PRIOR: f64 = 0.17;
 /// White fractions of the grid, each with the width of the interval of the uniform η that it represents.
-const WHITE_SHARES: [(f64, f64); 8] =
+const WHITE_FRACTIONS: [(f64, f64); 8] =
     [(0.0, 0.025), (0.05, 0.075), (0.15, 0.125), (0.3, 0.175), (0.5, 0.2), (0.7, 0.175), (0.85, 0.125), (0.95, 0.1)];
 /// Correlation times of the grid: from this fraction of the shortest gap between samples, below which the noise is
 /// white, to this multiple of the longest trace, above which the process is a random walk; and the ratio of neighbours.
-const SHORTEST: f64 = 0.3;
-const LONGEST: f64 = 10.0;
-const RATIO: f64 = 1.5;
+const SHORTEST_TIME_RATIO: f64 = 0.3;
+const LONGEST_TIME_RATIO: f64 = 10.0;
+const TIME_GRID_RATIO: f64 = 1.5;
 /// Posterior probability below which a model is left out of mixtures: all such models together change no quantile by a
 /// thousandth.
-const NEGLIGIBLE: f64 = 1e-6;
+const NEGLIGIBLE_PROBABILITY: f64 = 1e-6;
 /// Minimum conditional variance of a sample: simultaneous readings would have none.
-const LEAST_VARIANCE: f64 = 1e-12;
+const MIN_VARIANCE: f64 = 1e-12;
 
 /// The noise of a fit: a mixture of all models with a non-negligible posterior probability.
 #[derive(Clone, Debug)]
 pub struct NoiseProcess {
     models: Vec<OrnsteinUhlenbeck>,
     /// Degrees of freedom of each variance: n − p.
-    freedom: f64,
+    degrees_of_freedom: f64,
     gaps: Vec<Vec<f64>>,
 }
 
@@ -69,7 +69,7 @@ pub struct OrnsteinUhlenbeck {
     /// τ, in the unit of the abscissae; zero for white noise alone.
     pub correlation_time: f64,
     /// η.
-    pub white_share: f64,
+    pub white_fraction: f64,
     /// Posterior probability of this model.
     pub probability: f64,
     /// s².
@@ -78,7 +78,7 @@ pub struct OrnsteinUhlenbeck {
 
 /// `XᵀΣX` at unit variance for each model of a [`NoiseProcess`], in the same order: the covariance of the score Xᵀr.
 #[derive(Clone, Debug)]
-pub struct NoiseSums(Vec<DMatrix<f64>>);
+pub struct ScoreCovariances(Vec<DMatrix<f64>>);
 
 impl NoiseProcess {
     /// Estimates the noise from residuals, their Jacobian, and the increasing abscissae of each trace. The residuals of
@@ -90,15 +90,15 @@ impl NoiseProcess {
         let freedom = residuals.len() as f64 - basis.ncols() as f64;
         let mut columns = basis.insert_column(0, 0.0);
         columns.set_column(0, residuals);
-        let grid = if freedom > 0.0 { grid(&gaps) } else { vec![(0.0, 1.0, 1.0)] };
+        let grid = if freedom > 0.0 { model_grid(&gaps) } else { vec![(0.0, 1.0, 1.0)] };
         let weighed: Vec<(f64, OrnsteinUhlenbeck)> = grid
             .into_iter()
             .filter_map(|(correlation_time, white_share, prior)| {
-                let (log, squares) = restricted(&columns, &gaps, correlation_time, white_share, freedom)?;
+                let (log, squares) = restricted_likelihood(&columns, &gaps, correlation_time, white_share, freedom)?;
                 let variance = if freedom > 0.0 { squares / freedom } else { f64::INFINITY };
                 Some((
                     log + f64::ln(prior),
-                    OrnsteinUhlenbeck { correlation_time, white_share, probability: 0.0, variance },
+                    OrnsteinUhlenbeck { correlation_time, white_fraction: white_share, probability: 0.0, variance },
                 ))
             })
             .collect();
@@ -109,11 +109,11 @@ impl NoiseProcess {
         let models: Vec<OrnsteinUhlenbeck> = weighed
             .into_iter()
             .map(|(log, model)| OrnsteinUhlenbeck { probability: weight(log) / sum, ..model })
-            .filter(|model| model.probability > NEGLIGIBLE)
+            .filter(|model| model.probability > NEGLIGIBLE_PROBABILITY)
             .collect();
         let variance = if residuals.norm() == 0.0 { 0.0 } else { f64::INFINITY };
-        let exact = OrnsteinUhlenbeck { correlation_time: 0.0, white_share: 1.0, probability: 1.0, variance };
-        Self { models: if models.is_empty() { vec![exact] } else { models }, freedom, gaps }
+        let exact = OrnsteinUhlenbeck { correlation_time: 0.0, white_fraction: 1.0, probability: 1.0, variance };
+        Self { models: if models.is_empty() { vec![exact] } else { models }, degrees_of_freedom: freedom, gaps }
     }
 
     /// The most probable model.
@@ -123,24 +123,25 @@ impl NoiseProcess {
     }
 
     /// Covariance of the score `XᵀΔr` at unit variance for each model.
-    pub fn sums(&self, jacobian: &DMatrix<f64>) -> NoiseSums {
+    pub fn score_covariances(&self, jacobian: &DMatrix<f64>) -> ScoreCovariances {
         let white = jacobian.tr_mul(jacobian);
         let mut last: Option<(f64, DMatrix<f64>)> = None;
         let mut covariance = |model: &OrnsteinUhlenbeck| {
             let cached = last.take().filter(|(time, _)| *time == model.correlation_time);
-            let (time, correlated) =
-                cached.unwrap_or_else(|| (model.correlation_time, self.correlated(jacobian, model.correlation_time)));
-            let sum = &correlated * (1.0 - model.white_share) + &white * model.white_share;
+            let (time, correlated) = cached.unwrap_or_else(|| {
+                (model.correlation_time, self.exponential_score_covariance(jacobian, model.correlation_time))
+            });
+            let sum = &correlated * (1.0 - model.white_fraction) + &white * model.white_fraction;
             last = Some((time, correlated));
             sum
         };
-        NoiseSums(self.models.iter().map(&mut covariance).collect())
+        ScoreCovariances(self.models.iter().map(&mut covariance).collect())
     }
 
     /// Half-width of the 95 % interval of a quantity with this gradient in `XᵀΔr` and with additional normal variance
     /// `other_variance`: a quantile of the mixture. Infinite without degrees of freedom.
-    pub fn half_width(&self, sums: &NoiseSums, gradient: &DVector<f64>, other_variance: f64) -> f64 {
-        let t = student_95(self.freedom);
+    pub fn half_width(&self, sums: &ScoreCovariances, gradient: &DVector<f64>, other_variance: f64) -> f64 {
+        let t = student_95(self.degrees_of_freedom);
         // The additional variance is normal, so it contributes a normal quantile.
         let other_variance = if other_variance > 0.0 { other_variance * (NORMAL_95 / t).powi(2) } else { 0.0 };
         let deviation = |(model, sum): (&OrnsteinUhlenbeck, &DMatrix<f64>)| {
@@ -150,7 +151,7 @@ impl NoiseProcess {
         let parts: Vec<(f64, f64)> = self.models.iter().zip(&sums.0).map(deviation).collect();
         let least = parts.iter().map(|(_, deviation)| *deviation).fold(f64::INFINITY, f64::min);
         let most = parts.iter().map(|(_, deviation)| *deviation).fold(0.0, f64::max);
-        let Ok(student) = StudentsT::new(0.0, 1.0, self.freedom) else { return f64::INFINITY };
+        let Ok(student) = StudentsT::new(0.0, 1.0, self.degrees_of_freedom) else { return f64::INFINITY };
         if !t.is_finite() || !most.is_finite() {
             return f64::INFINITY;
         }
@@ -174,8 +175,8 @@ impl NoiseProcess {
     /// variance along the columns of X to its average, for the most probable model; the second is the number of
     /// independent samples that would determine the variables as well, averaged over all models. `covariance` is
     /// (XᵀX)⁻¹.
-    pub fn strength(&self, sums: &NoiseSums, covariance: &DMatrix<f64>, rank: usize) -> (f64, f64) {
-        let samples = self.freedom + rank as f64;
+    pub fn noise_inflation(&self, sums: &ScoreCovariances, covariance: &DMatrix<f64>, rank: usize) -> (f64, f64) {
+        let samples = self.degrees_of_freedom + rank as f64;
         let inflation = |sum: &DMatrix<f64>| (covariance * sum).trace() / rank.max(1) as f64;
         let mode = self.mode();
         let each = || self.models.iter().zip(&sums.0);
@@ -185,13 +186,13 @@ impl NoiseProcess {
     }
 
     /// `XᵀΣX` of the exponential process at unit variance.
-    fn correlated(&self, jacobian: &DMatrix<f64>, correlation_time: f64) -> DMatrix<f64> {
+    fn exponential_score_covariance(&self, jacobian: &DMatrix<f64>, correlation_time: f64) -> DMatrix<f64> {
         let mut sum = jacobian.tr_mul(jacobian);
         let mut row = 0;
         for gaps in &self.gaps {
             let mut before = DVector::zeros(jacobian.ncols());
             for gap in gaps {
-                before = (before + jacobian.row(row).transpose()) * kept(*gap, correlation_time);
+                before = (before + jacobian.row(row).transpose()) * exponential_correlation(*gap, correlation_time);
                 row += 1;
                 let here = jacobian.row(row);
                 let product = &before * here;
@@ -204,20 +205,21 @@ impl NoiseProcess {
 }
 
 /// Correlation of two samples of the exponential process.
-fn kept(gap: f64, correlation_time: f64) -> f64 {
+fn exponential_correlation(gap: f64, correlation_time: f64) -> f64 {
     if correlation_time > 0.0 { (-gap / correlation_time).exp() } else { 0.0 }
 }
 
 /// The model grid: correlation time, white fraction and prior probability.
-fn grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
+fn model_grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
     let all = || gaps.iter().flatten().copied().filter(|gap| *gap > 0.0);
     let shortest = all().fold(f64::INFINITY, f64::min);
     let longest = gaps.iter().map(|gaps| gaps.iter().sum()).fold(0.0, f64::max);
     if !(shortest.is_finite() && longest > 0.0) {
         return vec![(0.0, 1.0, 1.0)];
     }
-    let steps = ((LONGEST * longest / (SHORTEST * shortest)).ln() / RATIO.ln()).ceil() as i32;
-    let times: Vec<f64> = (0..=steps).map(|step| SHORTEST * shortest * RATIO.powi(step)).collect();
+    let steps =
+        ((LONGEST_TIME_RATIO * longest / (SHORTEST_TIME_RATIO * shortest)).ln() / TIME_GRID_RATIO.ln()).ceil() as i32;
+    let times: Vec<f64> = (0..=steps).map(|step| SHORTEST_TIME_RATIO * shortest * TIME_GRID_RATIO.powi(step)).collect();
     // Jeffreys' prior in ln τ: the square root of the Fisher information of all gaps, each ρ² (Δt/τ)²/(1 − ρ²).
     let density = |time: &f64| {
         let information = |gap: f64| (gap / time).powi(2) / (2.0 * gap / time).exp_m1();
@@ -226,16 +228,17 @@ fn grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
     let densities: Vec<f64> = times.iter().map(density).collect();
     let sum: f64 = densities.iter().sum();
     let models = times.iter().zip(&densities).flat_map(|(&time, density)| {
-        WHITE_SHARES.into_iter().map(move |(share, width)| {
-            let prior = (1.0 - WHITE - EXPONENTIAL) * width + if share == 0.0 { EXPONENTIAL } else { 0.0 };
+        WHITE_FRACTIONS.into_iter().map(move |(share, width)| {
+            let prior =
+                (1.0 - WHITE_PRIOR - EXPONENTIAL_PRIOR) * width + if share == 0.0 { EXPONENTIAL_PRIOR } else { 0.0 };
             (time, share, prior * density / sum)
         })
     });
-    std::iter::once((0.0, 1.0, WHITE)).chain(models).collect()
+    std::iter::once((0.0, 1.0, WHITE_PRIOR)).chain(models).collect()
 }
 
 /// Logarithm of the restricted likelihood, and rᵀPr; the first column is r, the others are a basis of X.
-fn restricted(
+fn restricted_likelihood(
     columns: &DMatrix<f64>,
     gaps: &[Vec<f64>],
     correlation_time: f64,
@@ -251,13 +254,13 @@ fn restricted(
         let mut variance = stationary;
         let mut mean = columns.row(row) * 0.0;
         for step in 0..=gaps.len() {
-            let total = (variance + white_share).max(LEAST_VARIANCE);
+            let total = (variance + white_share).max(MIN_VARIANCE);
             let innovation = columns.row(row) - &mean;
             innovations.set_row(row, &(&innovation / total.sqrt()));
             log_determinant += total.ln();
             row += 1;
             let Some(&gap) = gaps.get(step) else { break };
-            let correlation = kept(gap, correlation_time);
+            let correlation = exponential_correlation(gap, correlation_time);
             let gain = variance / total;
             mean = (mean + innovation * gain) * correlation;
             variance =
@@ -289,7 +292,7 @@ fn column_basis(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let (q, r) = (decomposed.q(), decomposed.r());
     let Some(svd) = r.try_svd(true, false, f64::EPSILON, 10_000) else { return scaled };
     let Some(u) = svd.u else { return scaled };
-    let floor = super::identify::RANK_TOLERANCE * svd.singular_values.max();
+    let floor = super::identifiability::RANK_TOLERANCE * svd.singular_values.max();
     let determined: Vec<usize> = (0..used.len()).filter(|&k| svd.singular_values[k] > floor).collect();
     q * u.select_columns(&determined)
 }

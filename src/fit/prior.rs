@@ -62,14 +62,14 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
 }
 
 /// A least-squares problem with a common weight on all residuals: it sets the weight of data relative to priors.
-pub struct Weighed<P> {
+pub struct WeightedProblem<P> {
     /// The problem.
     pub problem: P,
     /// Factor on every residual; above zero.
     pub weight: f64,
 }
 
-impl<P: LeastSquares> LeastSquares for Weighed<P> {
+impl<P: LeastSquares> LeastSquares for WeightedProblem<P> {
     type Error = P::Error;
 
     fn bounds(&self) -> &[(f64, f64)] {

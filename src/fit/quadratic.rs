@@ -10,35 +10,42 @@ use nalgebra::{DMatrix, DVector, Dyn};
 pub(super) struct Quadratic {
     pub qr: QR<f64, Dyn, Dyn>,
     pub r: DMatrix<f64>,
-    pub right: DVector<f64>,
+    pub rhs: DVector<f64>,
     /// The part of Jᵀr that is not in `Rᵀ Qᵀr`: the gradient of rows without weight.
-    pub straight: DVector<f64>,
+    pub unweighted_gradient: DVector<f64>,
     /// Minimum damping of every step, in addition to μΩ, for the error of the derivatives.
-    pub floor: DVector<f64>,
+    pub damping_floor: DVector<f64>,
 }
 
 /// Smallest column norm for the minimum damping, relative to that of the unweighted column.
-const WEAKEST: f64 = 1e-6;
+const MIN_COLUMN_NORM_RATIO: f64 = 1e-6;
 
 impl Quadratic {
     pub(super) fn new(tangent: &Tangent, weights: Option<&DVector<f64>>, lengths: &DVector<f64>, error: f64) -> Self {
         let (curved, straight) = match weights {
-            Some(weights) => weighted(tangent, weights),
+            Some(weights) => weight_rows(tangent, weights),
             None => (tangent.clone(), DVector::zeros(lengths.len())),
         };
         // Rows without weight must not leave a variable undamped.
-        let lengths = lengths.zip_map(&self::lengths(&curved.jacobian), |all, counted| counted.max(WEAKEST * all));
+        let lengths =
+            lengths.zip_map(&column_norms(&curved.jacobian), |all, counted| counted.max(MIN_COLUMN_NORM_RATIO * all));
         let qr = curved.jacobian.qr();
         let mut right = curved.residuals;
         qr.q_tr_mul(&mut right);
-        let r = without_error(qr.r(), &lengths, error);
-        Self { right: right.rows(0, r.nrows()).into_owned(), floor: lengths * error, r, qr, straight }
+        let r = truncate_weak_directions(qr.r(), &lengths, error);
+        Self {
+            rhs: right.rows(0, r.nrows()).into_owned(),
+            damping_floor: lengths * error,
+            r,
+            qr,
+            unweighted_gradient: straight,
+        }
     }
 }
 
 /// Residuals and Jacobian with rows weighted so that JᵀJ is the curvature of S and Jᵀr half its gradient; and the
 /// gradient of rows without weight.
-fn weighted(tangent: &Tangent, weights: &DVector<f64>) -> (Tangent, DVector<f64>) {
+fn weight_rows(tangent: &Tangent, weights: &DVector<f64>) -> (Tangent, DVector<f64>) {
     // Below this a weight adds less to the curvature than rounding does.
     const LEAST: f64 = f64::EPSILON;
     let Tangent { mut residuals, mut jacobian } = tangent.clone();
@@ -58,7 +65,7 @@ fn weighted(tangent: &Tangent, weights: &DVector<f64>) -> (Tangent, DVector<f64>
 
 /// The triangular factor R without the directions in which R with unit columns is weaker than the error of the
 /// derivatives: these contain mostly error.
-fn without_error(r: DMatrix<f64>, lengths: &DVector<f64>, error: f64) -> DMatrix<f64> {
+fn truncate_weak_directions(r: DMatrix<f64>, lengths: &DVector<f64>, error: f64) -> DMatrix<f64> {
     let scaled = DMatrix::from_fn(r.nrows(), r.ncols(), |i, j| r[(i, j)] / lengths[j]);
     if !scaled.iter().all(|value| value.is_finite()) {
         return r;
@@ -76,6 +83,6 @@ fn without_error(r: DMatrix<f64>, lengths: &DVector<f64>, error: f64) -> DMatrix
 }
 
 /// Norms of the columns of a Jacobian.
-pub(super) fn lengths(jacobian: &DMatrix<f64>) -> DVector<f64> {
+pub(super) fn column_norms(jacobian: &DMatrix<f64>) -> DVector<f64> {
     DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|column| column.norm()))
 }

@@ -4,25 +4,25 @@
 //! residuals. Of the rest, backward elimination drops one variable at a time while a limit is exceeded: of the worst
 //! pair, the one with the smaller effect. The paper reduces its factors by eye in the same two steps.
 
-use super::identify::{Certainty, certainty};
+use super::identifiability::{CovarianceSummary, covariance_summary};
 use nalgebra::DMatrix;
 
 /// Limits of an identifiable subset.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct SubsetLimits {
     /// Largest condition number of the Jacobian with unit columns.
     pub condition_number: f64,
     /// Largest absolute correlation of two estimates.
     pub correlation: f64,
     /// Smallest contribution of a variable to the variance of the residuals, as a fraction.
-    pub share: f64,
+    pub min_variance_fraction: f64,
 }
 
-impl Default for Limits {
+impl Default for SubsetLimits {
     fn default() -> Self {
         // 1 % of the variance is 10 % of the standard deviation: without that variable the total standard deviation
         // falls by 0.5 %.
-        Self { condition_number: 50.0, correlation: 0.95, share: 0.01 }
+        Self { condition_number: 50.0, correlation: 0.95, min_variance_fraction: 0.01 }
     }
 }
 
@@ -30,14 +30,14 @@ impl Default for Limits {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subset {
     /// Column indices of the Jacobian, increasing.
-    pub kept: Vec<usize>,
+    pub selected: Vec<usize>,
     /// The variables dropped, in that order.
     pub dropped: Vec<Dropped>,
     /// Covariance summary of the selected variables.
-    pub certainty: Certainty,
+    pub covariance_summary: CovarianceSummary,
     /// Contribution of every variable to the variance of the residuals, as a fraction, to first order and for
     /// independent priors. NaN where that variance is zero or not finite.
-    pub shares: Vec<f64>,
+    pub variance_fractions: Vec<f64>,
 }
 
 /// A dropped variable.
@@ -47,17 +47,17 @@ pub struct Dropped {
     /// Index of the variable.
     pub variable: usize,
     /// The limit that was exceeded.
-    pub reason: Reason,
+    pub reason: DropReason,
 }
 
 /// Why a variable was dropped; `with` is the index of the variable kept instead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub enum Reason {
+pub enum DropReason {
     /// No residual depends on it.
     NoEffect,
     /// It contributes too little to the variance of the residuals.
-    Slight {
+    SmallEffect {
         /// Contribution to the variance of the residuals, 0 to 1.
         share: f64,
     },
@@ -84,10 +84,10 @@ pub enum Reason {
     },
 }
 
-impl Reason {
+impl DropReason {
     /// Whether the variable was dropped for its small effect, irrespective of the others.
-    pub fn is_of_effect(&self) -> bool {
-        matches!(self, Self::NoEffect | Self::Slight { .. })
+    pub fn is_small_effect(&self) -> bool {
+        matches!(self, Self::NoEffect | Self::SmallEffect { .. })
     }
 }
 
@@ -96,15 +96,20 @@ impl Reason {
 ///
 /// `jacobian` and `variance` are those of [`covariance_summary`]; `prior_deviations` are the prior standard deviations,
 /// infinite without a prior. With an infinite one no variable has a small effect, as the variance is unbounded.
-pub fn subset(jacobian: &DMatrix<f64>, variance: f64, prior_deviations: &[f64], limits: &Limits) -> Subset {
+pub fn identifiable_subset(
+    jacobian: &DMatrix<f64>,
+    variance: f64,
+    prior_deviations: &[f64],
+    limits: &SubsetLimits,
+) -> Subset {
     let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
     let squares: Vec<f64> =
         lengths.iter().zip(prior_deviations).map(|(length, width)| (length * width).powi(2)).collect();
     let total: f64 = squares.iter().sum();
     let shares: Vec<f64> = squares.iter().map(|square| square / total).collect();
     let small_effect = |variable: usize| match shares[variable] {
-        _ if lengths[variable] == 0.0 => Some(Reason::NoEffect),
-        share if share < limits.share && total.is_finite() => Some(Reason::Slight { share }),
+        _ if lengths[variable] == 0.0 => Some(DropReason::NoEffect),
+        share if share < limits.min_variance_fraction && total.is_finite() => Some(DropReason::SmallEffect { share }),
         _ => None,
     };
     let mut selected: Vec<usize> = (0..lengths.len()).filter(|&variable| small_effect(variable).is_none()).collect();
@@ -113,46 +118,46 @@ pub fn subset(jacobian: &DMatrix<f64>, variance: f64, prior_deviations: &[f64], 
     let mut dropped: Vec<Dropped> = of_small_effect.collect();
     dropped.sort_by(|a, b| squares[a.variable].total_cmp(&squares[b.variable]));
     loop {
-        let summary = certainty(&jacobian.select_columns(&selected), variance);
-        match worst(&summary, &selected, prior_deviations, limits) {
+        let summary = covariance_summary(&jacobian.select_columns(&selected), variance);
+        match next_to_drop(&summary, &selected, prior_deviations, limits) {
             Some((index, reason)) => dropped.push(Dropped { variable: selected.remove(index), reason }),
-            None => return Subset { kept: selected, dropped, certainty: summary, shares },
+            None => return Subset { selected, dropped, covariance_summary: summary, variance_fractions: shares },
         }
     }
 }
 
 /// Position of the next variable to drop, and the reason.
-fn worst(
-    summary: &Certainty,
+fn next_to_drop(
+    summary: &CovarianceSummary,
     selected: &[usize],
     prior_deviations: &[f64],
-    limits: &Limits,
-) -> Option<(usize, Reason)> {
+    limits: &SubsetLimits,
+) -> Option<(usize, DropReason)> {
     let n = selected.len();
     let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (j, i)));
     let closeness = |&(i, j): &(usize, usize)| summary.correlation[(i, j)].abs();
     if let Some(pair) = pairs.max_by(|a, b| closeness(a).total_cmp(&closeness(b)))
         && closeness(&pair) > limits.correlation
     {
-        let (less, more) = by_effect(pair, &summary.lengths);
-        return Some((less, Reason::Correlation { with: selected[more], correlation: summary.correlation[pair] }));
+        let (less, more) = by_sensitivity(pair, &summary.column_norms);
+        return Some((less, DropReason::Correlation { with: selected[more], correlation: summary.correlation[pair] }));
     }
     if n > 1 && summary.condition_number > limits.condition_number {
         let mut indices: Vec<usize> = (0..n).collect();
-        indices.sort_by(|&a, &b| summary.weakest[b].abs().total_cmp(&summary.weakest[a].abs()));
-        let (less, more) = by_effect((indices[0], indices[1]), &summary.lengths);
+        indices.sort_by(|&a, &b| summary.weakest_direction[b].abs().total_cmp(&summary.weakest_direction[a].abs()));
+        let (less, more) = by_sensitivity((indices[0], indices[1]), &summary.column_norms);
         let condition_number = summary.condition_number;
-        return Some((less, Reason::Condition { with: selected[more], condition_number }));
+        return Some((less, DropReason::Condition { with: selected[more], condition_number }));
     }
     let excess = |&index: &usize| summary.standard_errors[index] / prior_deviations[selected[index]];
     let index = (0..n).max_by(|a, b| excess(a).total_cmp(&excess(b))).filter(|index| excess(index) > 1.0)?;
     let (error, width) = (summary.standard_errors[index], prior_deviations[selected[index]]);
-    Some((index, Reason::StandardError { error, width }))
+    Some((index, DropReason::StandardError { error, width }))
 }
 
 /// Of two variables the one with the smaller effect, then the other. Norms within 1 % count as equal, since identical
 /// columns differ by the error of the derivatives; then the later one is dropped.
-fn by_effect((i, j): (usize, usize), lengths: &[f64]) -> (usize, usize) {
+fn by_sensitivity((i, j): (usize, usize), lengths: &[f64]) -> (usize, usize) {
     let (earlier, later) = (i.min(j), i.max(j));
     if lengths[earlier] < 0.99 * lengths[later] { (earlier, later) } else { (later, earlier) }
 }
@@ -178,57 +183,66 @@ mod tests {
 
     #[test]
     fn the_set_is_reduced_to_identifiable_variables_with_a_reason_for_each_one_dropped() {
-        let found = subset(&jacobian(), 4.0, &[0.05; 6], &Limits::default());
-        assert_eq!(found.kept, [0, 1, 5]);
+        let found = identifiable_subset(&jacobian(), 4.0, &[0.05; 6], &SubsetLimits::default());
+        assert_eq!(found.selected, [0, 1, 5]);
         let dropped: Vec<usize> = found.dropped.iter().map(|dropped| dropped.variable).collect();
         assert_eq!(dropped, [3, 4, 2]);
-        assert_eq!(found.dropped[0].reason, Reason::NoEffect);
-        assert!(matches!(found.dropped[1].reason, Reason::Slight { share } if share < 1e-6));
+        assert_eq!(found.dropped[0].reason, DropReason::NoEffect);
+        assert!(matches!(found.dropped[1].reason, DropReason::SmallEffect { share } if share < 1e-6));
         assert!(
-            matches!(found.dropped[2].reason, Reason::Correlation { with: 1, correlation } if correlation < -0.999)
+            matches!(found.dropped[2].reason, DropReason::Correlation { with: 1, correlation } if correlation < -0.999)
         );
-        assert!(found.certainty.condition_number < 50.0);
-        assert!((found.shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{:?}", found.shares);
+        assert!(found.covariance_summary.condition_number < 50.0);
+        assert!((found.variance_fractions.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{:?}", found.variance_fractions);
     }
 
     #[test]
     fn the_effect_of_a_variable_is_proportional_to_its_prior_standard_deviation() {
         let of = |prior_deviations: &[f64]| {
-            subset(&jacobian().select_columns(&[0, 5]), 4.0, prior_deviations, &Limits::default())
+            identifiable_subset(&jacobian().select_columns(&[0, 5]), 4.0, prior_deviations, &SubsetLimits::default())
         };
-        assert_eq!(of(&[0.05, 0.05]).kept, [0, 1]);
+        assert_eq!(of(&[0.05, 0.05]).selected, [0, 1]);
         let known = of(&[0.05, 0.005]);
-        assert_eq!(known.kept, [0]);
-        assert!(matches!(known.dropped[0].reason, Reason::Slight { share } if share == known.shares[1]), "{known:?}");
+        assert_eq!(known.selected, [0]);
+        assert!(
+            matches!(known.dropped[0].reason, DropReason::SmallEffect { share } if share == known.variance_fractions[1]),
+            "{known:?}"
+        );
     }
 
     /// The weak column alone contributes all of the variance, yet its standard error exceeds the prior standard
     /// deviation.
     #[test]
     fn a_variable_with_a_standard_error_above_its_prior_standard_deviation_is_dropped() {
-        let found = subset(&jacobian().select_columns(&[4]), 4.0, &[0.05], &Limits::default());
-        assert!(matches!(found.dropped[0].reason, Reason::StandardError { error, width: 0.05 } if error > 10.0));
+        let found = identifiable_subset(&jacobian().select_columns(&[4]), 4.0, &[0.05], &SubsetLimits::default());
+        assert!(matches!(found.dropped[0].reason, DropReason::StandardError { error, width: 0.05 } if error > 10.0));
     }
 
     /// The second has no prior: relative to it no variance is small, and it is kept.
     #[test]
     fn a_variable_without_a_prior_is_kept_and_no_other_is_dropped_for_a_small_effect() {
-        let found = subset(&jacobian().select_columns(&[0, 5]), 4.0, &[1e-6, f64::INFINITY], &Limits::default());
-        assert!(found.dropped.iter().all(|dropped| !dropped.reason.is_of_effect()), "{found:?}");
+        let found = identifiable_subset(
+            &jacobian().select_columns(&[0, 5]),
+            4.0,
+            &[1e-6, f64::INFINITY],
+            &SubsetLimits::default(),
+        );
+        assert!(found.dropped.iter().all(|dropped| !dropped.reason.is_small_effect()), "{found:?}");
     }
 
     #[test]
     fn a_set_within_the_limits_is_not_reduced() {
-        let found = subset(&jacobian().select_columns(&[0, 1, 5]), 4.0, &[0.05; 3], &Limits::default());
-        assert_eq!((found.kept, found.dropped), (vec![0, 1, 2], vec![]));
+        let found =
+            identifiable_subset(&jacobian().select_columns(&[0, 1, 5]), 4.0, &[0.05; 3], &SubsetLimits::default());
+        assert_eq!((found.selected, found.dropped), (vec![0, 1, 2], vec![]));
     }
 
     #[test]
     fn of_a_correlated_pair_the_one_with_the_smaller_effect_is_dropped() {
         let mut weaker_first = jacobian().select_columns(&[1, 2]);
         weaker_first.column_mut(0).scale_mut(0.5);
-        let found = subset(&weaker_first, 4.0, &[1.0; 2], &Limits::default());
-        assert_eq!((found.kept[0], found.dropped[0].variable), (1, 0));
+        let found = identifiable_subset(&weaker_first, 4.0, &[1.0; 2], &SubsetLimits::default());
+        assert_eq!((found.selected[0], found.dropped[0].variable), (1, 0));
     }
 
     /// Three columns, the third nearly the mean of the others: no pair is strongly correlated, but the set is
@@ -236,11 +250,11 @@ mod tests {
     #[test]
     fn an_ill_conditioned_set_without_a_correlated_pair_is_reduced() {
         let three = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.5, 0.0, 1.0, 0.5, 0.0, 0.0, 0.01]);
-        let limits = Limits { correlation: 2.0, share: 0.0, ..Limits::default() };
-        let found = subset(&three, 1e-6, &[1.0; 3], &limits);
-        assert_eq!(found.kept.len(), 2);
+        let limits = SubsetLimits { correlation: 2.0, min_variance_fraction: 0.0, ..SubsetLimits::default() };
+        let found = identifiable_subset(&three, 1e-6, &[1.0; 3], &limits);
+        assert_eq!(found.selected.len(), 2);
         assert!(
-            matches!(found.dropped[0].reason, Reason::Condition { condition_number, .. } if condition_number > 50.0)
+            matches!(found.dropped[0].reason, DropReason::Condition { condition_number, .. } if condition_number > 50.0)
         );
     }
 }

@@ -1,8 +1,8 @@
 //! Termination criteria of a minimisation.
 
-use super::neighbourhood::Neighbourhood;
-use super::pace::Step;
-use super::{Options, Rules, Turn};
+use super::linear_model::LinearModel;
+use super::trust_region::Step;
+use super::{DampingStrategy, Iterate, Options};
 
 /// Why a minimisation ended. A value, not an error: every termination leaves a usable point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub enum Termination {
     /// The undamped step is below the tolerance.
     Step,
     /// The maximum number of iterations was reached.
-    OutOfPatience,
+    MaxIterations,
     /// Steps down to the tolerance do not lower the objective although the gradient is not zero.
     Stalled,
     /// Residuals or derivatives at the start were not finite.
@@ -40,7 +40,7 @@ impl Termination {
                 "A minimum. Repeat from other starts to check for further minima, and read the standard errors with \
                  the estimates."
             }
-            Self::OutOfPatience => {
+            Self::MaxIterations => {
                 "The iteration limit was reached before convergence. Allow more iterations, start from the last point, \
                  or estimate fewer factors if the condition number is above 50."
             }
@@ -63,7 +63,7 @@ impl std::fmt::Display for Termination {
             Self::Gradient => f.write_str("gradient is zero"),
             Self::Reduction => f.write_str("no further reduction"),
             Self::Step => f.write_str("no further step"),
-            Self::OutOfPatience => f.write_str("iteration limit reached"),
+            Self::MaxIterations => f.write_str("iteration limit reached"),
             Self::Stalled => f.write_str("stalled"),
             Self::NotFinite => f.write_str("not finite at the start"),
         }
@@ -76,25 +76,27 @@ impl std::fmt::Display for Termination {
 /// and no evidence of a minimum. The reduction criterion uses the predicted reduction of the undamped step, and the
 /// predicted and actual reductions of the last step: at a minimum with large residuals the Jacobian can be singular,
 /// and then the prediction for the undamped step is too large.
-pub(super) fn verdict(
-    model: &Neighbourhood,
-    path: &[Turn],
+pub(super) fn convergence(
+    model: &LinearModel,
+    path: &[Iterate],
     last_step: Option<&Step>,
     options: &Options,
 ) -> Option<Termination> {
-    if model.is_rounding() {
+    if model.is_at_rounding_level() {
         return Some(Termination::ResidualsZero);
     }
     let reduction = match path {
         [.., before, last] => before.objective - last.objective,
         _ => f64::INFINITY,
     };
-    if let Rules::Paper { tolerance_objective, tolerance_slope, tolerance_step, .. } = options.rules {
+    if let DampingStrategy::Paper { tolerance_objective, tolerance_gradient: tolerance_slope, tolerance_step, .. } =
+        options.damping_strategy
+    {
         let distance = match path {
             [.., before, last] => (&last.point - &before.point).norm(),
             _ => f64::INFINITY,
         };
-        return if model.slope() < tolerance_slope {
+        return if model.gradient_norm() < tolerance_slope {
             Some(Termination::Gradient)
         } else if reduction < tolerance_objective {
             Some(Termination::Reduction)
@@ -102,22 +104,24 @@ pub(super) fn verdict(
             (distance < tolerance_step).then_some(Termination::Step)
         };
     }
-    let (undamped_reduction, length) = model.undamped();
-    let last_reduction = last_step.map_or(f64::INFINITY, |step| step.promise.max(reduction));
-    if model.steepness() <= options.tolerance_gradient {
+    let (undamped_reduction, length) = model.undamped_prediction();
+    let last_reduction = last_step.map_or(f64::INFINITY, |step| step.predicted_reduction.max(reduction));
+    if model.gradient_cosine() <= options.tolerance_gradient {
         Some(Termination::Gradient)
     } else if last_reduction.min(undamped_reduction) <= options.tolerance_reduction * model.objective {
         Some(Termination::Reduction)
     } else {
-        (length <= options.tolerance_step * model.distance()).then_some(Termination::Step)
+        (length <= options.tolerance_step * model.distance_from_zero()).then_some(Termination::Step)
     }
 }
 
 /// Whether a trial step is below the step tolerance although no convergence criterion is met.
-pub(super) fn goes_nowhere(step: &Step, model: &Neighbourhood, options: &Options) -> bool {
-    match options.rules {
-        Rules::Radius => model.length(&step.target) <= options.tolerance_step * model.distance(),
-        Rules::Paper { tolerance_step, .. } => (&step.target - &model.point).norm() < tolerance_step,
+pub(super) fn is_negligible_step(step: &Step, model: &LinearModel, options: &Options) -> bool {
+    match options.damping_strategy {
+        DampingStrategy::TrustRegion => {
+            model.step_length(&step.trial_point) <= options.tolerance_step * model.distance_from_zero()
+        }
+        DampingStrategy::Paper { tolerance_step, .. } => (&step.trial_point - &model.point).norm() < tolerance_step,
     }
 }
 
@@ -128,7 +132,7 @@ mod tests {
     #[test]
     fn only_a_minimum_counts_as_converged_and_every_termination_has_advice() {
         use Termination::*;
-        let ends = [ResidualsZero, Gradient, Reduction, Step, OutOfPatience, Stalled, NotFinite];
+        let ends = [ResidualsZero, Gradient, Reduction, Step, MaxIterations, Stalled, NotFinite];
         assert_eq!(ends.map(|end| end.converged()), [true, true, true, true, false, false, false]);
         assert!(ends.iter().all(|end| end.advice().ends_with('.')));
     }

@@ -1,15 +1,15 @@
 //! The CPU backend: groups of members in SIMD lanes, over all threads.
 
-use super::{Backend, March, MarchError, Precision, arrival, read_out};
+use super::{Backend, March, MarchError, Precision, interpolate_records, member_status};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::dual::Dual;
-use crate::physics::dual::directions::Twofold;
-use crate::physics::lanes::{Abreast, Doubles, Singles};
+use crate::physics::dual::directions::DoubleWidth;
+use crate::physics::lanes::{F32Lanes, F64Lanes, SimdTables};
 use crate::physics::member::Member;
 use crate::plan::layout::{GAUGES, NO_INSTANT};
-use crate::plan::{Plan, layout::Rows};
-use crate::traces::{Arrival, Balance, Traces};
+use crate::plan::{Plan, layout::PlanData};
+use crate::traces::{Balance, MemberStatus, Traces};
 use rayon::prelude::*;
 use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::Simd;
@@ -17,16 +17,16 @@ use std::ops::Range;
 
 /// A SIMD group takes as long as this many members in scalar arithmetic (see benches/LOG.md); up to this many members a
 /// thread are marched one by one.
-const ALONE: usize = 2;
+const SCALAR_MEMBERS_PER_THREAD: usize = 2;
 /// Eight f32 tangent directions at once.
-type SingleDirections = Twofold<Twofold<Twofold<Singles<Scalar>>>>;
+type F32Directions = DoubleWidth<DoubleWidth<DoubleWidth<F32Lanes<Scalar>>>>;
 /// Most lanes of a vector.
-const LANES_MOST: usize = 16;
+const MAX_LANES: usize = 16;
 
 /// SIMD instruction set, chosen at run time; without one, members are marched one by one.
 #[derive(Clone, Copy, Debug)]
-enum Vectors {
-    None,
+enum InstructionSet {
+    Scalar,
     #[cfg(target_arch = "x86_64")]
     Avx2,
     #[cfg(target_arch = "x86_64")]
@@ -35,15 +35,15 @@ enum Vectors {
     Neon,
 }
 
-impl Vectors {
+impl InstructionSet {
     /// The instruction sets of this processor, the widest first.
     #[cfg(target_arch = "x86_64")]
-    fn at_hand() -> Vec<Self> {
+    fn available() -> Vec<Self> {
         let has_avx512 = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512bw")
             && is_x86_feature_detected!("avx512dq");
         let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-        let supported = [(has_avx512, Self::Avx512), (has_avx2, Self::Avx2), (true, Self::None)];
+        let supported = [(has_avx512, Self::Avx512), (has_avx2, Self::Avx2), (true, Self::Scalar)];
         supported.into_iter().filter_map(|(is_supported, vectors)| is_supported.then_some(vectors)).collect()
     }
 
@@ -59,7 +59,7 @@ impl Vectors {
 
     fn name(self) -> &'static str {
         match self {
-            Self::None => "no SIMD",
+            Self::Scalar => "no SIMD",
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => "AVX2",
             #[cfg(target_arch = "x86_64")]
@@ -71,25 +71,25 @@ impl Vectors {
 
     fn march(self, precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
         match self {
-            Self::None => one_by_one(precision, plan, ensemble, members),
+            Self::Scalar => march_scalar(precision, plan, ensemble, members),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => in_lanes::<simdeez::engines::avx2::Avx2>(precision, plan, ensemble, members),
+            Self::Avx2 => march_simd::<simdeez::engines::avx2::Avx2>(precision, plan, ensemble, members),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => in_lanes::<simdeez::engines::avx512::Avx512>(precision, plan, ensemble, members),
+            Self::Avx512 => march_simd::<simdeez::engines::avx512::Avx512>(precision, plan, ensemble, members),
             #[cfg(target_arch = "aarch64")]
-            Self::Neon => in_lanes::<simdeez::engines::neon::Neon>(precision, plan, ensemble, members),
+            Self::Neon => march_simd::<simdeez::engines::neon::Neon>(precision, plan, ensemble, members),
         }
     }
 
     fn tangents(self, precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
         match self {
-            Self::None => along_lanes::<Scalar>(precision, plan, points, factors),
+            Self::Scalar => tangents_simd::<Scalar>(precision, plan, points, factors),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => along_lanes::<simdeez::engines::avx2::Avx2>(precision, plan, points, factors),
+            Self::Avx2 => tangents_simd::<simdeez::engines::avx2::Avx2>(precision, plan, points, factors),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => along_lanes::<simdeez::engines::avx512::Avx512>(precision, plan, points, factors),
+            Self::Avx512 => tangents_simd::<simdeez::engines::avx512::Avx512>(precision, plan, points, factors),
             #[cfg(target_arch = "aarch64")]
-            Self::Neon => along_lanes::<simdeez::engines::neon::Neon>(precision, plan, points, factors),
+            Self::Neon => tangents_simd::<simdeez::engines::neon::Neon>(precision, plan, points, factors),
         }
     }
 }
@@ -98,43 +98,43 @@ impl Vectors {
 pub struct Cpu {
     precision: Precision,
     threads: usize,
-    vectors: Vectors,
+    instruction_set: InstructionSet,
 }
 
 impl Cpu {
     /// Uses the threads of the current pool and the widest vectors of the processor.
     pub fn new(precision: Precision) -> Self {
-        Self { precision, threads: rayon::current_num_threads(), vectors: Vectors::at_hand()[0] }
+        Self { precision, threads: rayon::current_num_threads(), instruction_set: InstructionSet::available()[0] }
     }
 }
 
 impl March for Cpu {
     fn backend(&self) -> Backend {
-        let name = format!("{} threads, {}", self.threads, self.vectors.name());
+        let name = format!("{} threads, {}", self.threads, self.instruction_set.name());
         Backend { name, kind: "cpu", precision: self.precision }
     }
 
     /// Traces of about 8 MiB, so that progress is reported often and memory stays small; but at least four SIMD groups
     /// a thread, so that threads seldom wait for the last group.
     fn capacity(&self, plan: &Plan) -> usize {
-        let reals = (plan.places.len() + plan.gauges()) * plan.records;
-        (1024 * 1024 / reals.max(1)).min(4096).max(4 * LANES_MOST * self.threads)
+        let reals = (plan.sensor_locations.len() + plan.gauges()) * plan.records;
+        (1024 * 1024 / reals.max(1)).min(4096).max(4 * MAX_LANES * self.threads)
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
-        let records = if members.len() <= ALONE * self.threads {
-            one_by_one(self.precision, plan, ensemble, members)
+        let records = if members.len() <= SCALAR_MEMBERS_PER_THREAD * self.threads {
+            march_scalar(self.precision, plan, ensemble, members)
         } else {
-            self.vectors.march(self.precision, plan, ensemble, members)
+            self.instruction_set.march(self.precision, plan, ensemble, members)
         };
-        Ok(read_out(records, plan, 1))
+        Ok(interpolate_records(records, plan, 1))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
-        let records = self.vectors.tangents(self.precision, plan, points, factors);
-        Ok(Some(read_out(records, plan, 1 + factors.len())))
+        let records = self.instruction_set.tangents(self.precision, plan, points, factors);
+        Ok(Some(interpolate_records(records, plan, 1 + factors.len())))
     }
 
     /// One plan a thread.
@@ -150,9 +150,9 @@ impl March for Cpu {
 }
 
 /// Reference backend: one member at a time in one thread.
-pub struct Reference(pub Precision);
+pub struct ScalarReference(pub Precision);
 
-impl March for Reference {
+impl March for ScalarReference {
     fn backend(&self) -> Backend {
         Backend { name: "one member at a time".to_owned(), kind: "cpu", precision: self.0 }
     }
@@ -162,51 +162,56 @@ impl March for Reference {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        Ok(read_out(one_by_one(self.0, plan, ensemble, members), plan, 1))
+        Ok(interpolate_records(march_scalar(self.0, plan, ensemble, members), plan, 1))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
-        let records = Vectors::None.tangents(self.0, plan, points, factors);
-        Ok(Some(read_out(records, plan, 1 + factors.len())))
+        let records = InstructionSet::Scalar.tangents(self.0, plan, points, factors);
+        Ok(Some(interpolate_records(records, plan, 1 + factors.len())))
     }
 }
 
-fn one_by_one(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+fn march_scalar(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
     match precision {
-        Precision::F64 => carry::<Scalar, f64>(plan, &plan.rows, ensemble, members),
-        Precision::F32 => carry::<Scalar, f32>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+        Precision::F64 => march_groups::<Scalar, f64>(plan, &plan.data, ensemble, members),
+        Precision::F32 => march_groups::<Scalar, f32>(plan, &plan.data.map(|x| x as f32), ensemble, members),
     }
 }
 
-fn in_lanes<S: Abreast>(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+fn march_simd<S: SimdTables>(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
     match precision {
-        Precision::F64 => carry::<S, Doubles<S>>(plan, &plan.rows, ensemble, members),
-        Precision::F32 => carry::<S, Singles<S>>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+        Precision::F64 => march_groups::<S, F64Lanes<S>>(plan, &plan.data, ensemble, members),
+        Precision::F32 => march_groups::<S, F32Lanes<S>>(plan, &plan.data.map(|x| x as f32), ensemble, members),
     }
 }
 
-fn along_lanes<S: Abreast>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
+fn tangents_simd<S: SimdTables>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
     match precision {
-        Precision::F64 => carry_along::<S, Dual<f64, S::Directions>>(plan, &plan.rows, points, factors),
+        Precision::F64 => march_tangents::<S, Dual<f64, S::Directions>>(plan, &plan.data, points, factors),
         // On the CPU f32 serves to compare with devices. SIMD types for its derivatives would take an eighth of the
         // compile time of the crate, and no estimate would use them (benches/LOG.md).
         Precision::F32 => {
-            let rows = plan.rows.map(|x| x as f32);
-            carry_along::<Scalar, Dual<f32, SingleDirections>>(plan, &rows, points, factors)
+            let rows = plan.data.map(|x| x as f32);
+            march_tangents::<Scalar, Dual<f32, F32Directions>>(plan, &rows, points, factors)
         }
     }
 }
 
 /// March members in SIMD groups, the groups over threads.
-fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, members: Range<usize>) -> Traces {
-    let (sensors, instants) = (plan.places.len(), plan.records);
+fn march_groups<S: Simd, R: Real>(
+    plan: &Plan,
+    rows: &PlanData<R::Scalar>,
+    ensemble: &Ensemble,
+    members: Range<usize>,
+) -> Traces {
+    let (sensors, instants) = (plan.sensor_locations.len(), plan.records);
     let count = members.len();
     let mut traces = Traces {
         temperatures_k: vec![0.0; count * sensors * instants],
-        ..Traces::none(members.start, sensors, instants)
+        ..Traces::empty(members.start, sensors, instants)
     };
     let group_size = (R::LANES * sensors * instants).max(1);
-    let ends: Vec<Vec<End>> = traces
+    let ends: Vec<Vec<MemberResult>> = traces
         .temperatures_k
         .par_chunks_mut(group_size)
         .enumerate()
@@ -218,11 +223,11 @@ fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensem
                 0 => 1.0,
                 _ => values[lane.min(lanes - 1)][column - 1],
             };
-            carry_group::<S, R>(plan, rows, lanes, value, temperatures_k)
+            march_group::<S, R>(plan, rows, lanes, value, temperatures_k)
         })
         .collect();
     for end in ends.into_iter().flatten() {
-        let arrival = arrival(plan, end.strayed, &end.extremes_k);
+        let arrival = member_status(plan, end.diverged_at_step, &end.extremes_k);
         end.into_traces(arrival, &mut traces);
     }
     traces
@@ -230,8 +235,14 @@ fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensem
 
 /// March points with their tangents: each job carries one point and as many factors as the dual number has directions;
 /// jobs over threads.
-fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &Ensemble, factors: &[usize]) -> Traces {
-    let (sensors, instants, size) = (plan.places.len(), plan.records, plan.places.len() * plan.records);
+fn march_tangents<S: Simd, R: Real>(
+    plan: &Plan,
+    rows: &PlanData<R::Scalar>,
+    points: &Ensemble,
+    factors: &[usize],
+) -> Traces {
+    let (sensors, instants, size) =
+        (plan.sensor_locations.len(), plan.records, plan.sensor_locations.len() * plan.records);
     let some: Vec<&[usize]> = if factors.is_empty() { vec![&[]] } else { factors.chunks(R::LANES - 1).collect() };
     let jobs: Vec<(usize, &[usize])> =
         (0..points.len()).flat_map(|point| some.iter().map(move |&some| (point, some))).collect();
@@ -243,13 +254,13 @@ fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &E
             (0, _) => values[column - 1],
             _ => f64::from(some.get(lane - 1).is_some_and(|factor| factor + 1 == column)),
         };
-        let ends = carry_group::<S, R>(plan, rows, 1 + some.len(), value, &mut temperatures_k);
+        let ends = march_group::<S, R>(plan, rows, 1 + some.len(), value, &mut temperatures_k);
         (temperatures_k, ends)
     });
-    let marched: Vec<(Vec<f64>, Vec<End>)> = marched.collect();
-    let mut traces = Traces::none(0, sensors, instants);
+    let marched: Vec<(Vec<f64>, Vec<MemberResult>)> = marched.collect();
+    let mut traces = Traces::empty(0, sensors, instants);
     for (job, (temperatures_k, ends)) in marched.into_iter().enumerate() {
-        let arrival = arrival(plan, ends[0].strayed, &ends[0].extremes_k);
+        let arrival = member_status(plan, ends[0].diverged_at_step, &ends[0].extremes_k);
         // Every job of a point marches the same member; only the first adds it.
         let skipped = usize::from(job % some.len() > 0);
         traces.temperatures_k.extend(&temperatures_k[skipped * size..]);
@@ -259,17 +270,17 @@ fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &E
 }
 
 /// Results of a member other than temperatures.
-struct End {
-    strayed: Option<usize>,
+struct MemberResult {
+    diverged_at_step: Option<usize>,
     balance: Balance,
     extremes_k: Vec<(f64, f64)>,
     /// Gauge × instant.
     gauges: Vec<f64>,
 }
 
-impl End {
-    fn into_traces(self, arrival: Arrival, traces: &mut Traces) {
-        traces.arrivals.push(arrival);
+impl MemberResult {
+    fn into_traces(self, arrival: MemberStatus, traces: &mut Traces) {
+        traces.statuses.push(arrival);
         traces.balances.push(self.balance);
         traces.extremes_k.extend(self.extremes_k);
         traces.gauges.extend(self.gauges);
@@ -279,36 +290,36 @@ impl End {
 /// March one SIMD group, given the value of each lane in each factor column, and return the results of the first
 /// `lanes` lanes. Everything is inlined into one function that is compiled for each instruction set, with and without
 /// gas.
-fn carry_group<S: Simd, R: Real>(
+fn march_group<S: Simd, R: Real>(
     plan: &Plan,
-    rows: &Rows<R::Scalar>,
+    rows: &PlanData<R::Scalar>,
     lanes: usize,
     value: impl Fn(usize, usize) -> f64,
     temperatures_k: &mut [f64],
-) -> Vec<End> {
+) -> Vec<MemberResult> {
     let columns: Vec<R> = (0..=plan.factors).map(|column| R::from_lanes(|lane| value(lane, column))).collect();
     if plan.gas.is_some() {
         S::invoke(
             #[inline(always)]
-            || carry_columns::<R, true>(plan, rows, lanes, &columns, temperatures_k),
+            || march_group_inlined::<R, true>(plan, rows, lanes, &columns, temperatures_k),
         )
     } else {
         S::invoke(
             #[inline(always)]
-            || carry_columns::<R, false>(plan, rows, lanes, &columns, temperatures_k),
+            || march_group_inlined::<R, false>(plan, rows, lanes, &columns, temperatures_k),
         )
     }
 }
 
 #[inline(always)]
-fn carry_columns<R: Real, const GAS: bool>(
+fn march_group_inlined<R: Real, const GAS: bool>(
     plan: &Plan,
-    rows: &Rows<R::Scalar>,
+    rows: &PlanData<R::Scalar>,
     lanes: usize,
     columns: &[R],
     temperatures_k: &mut [f64],
-) -> Vec<End> {
-    let (sensors, instants) = (plan.places.len(), plan.records);
+) -> Vec<MemberResult> {
+    let (sensors, instants) = (plan.sensor_locations.len(), plan.records);
     let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
     let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
     for step in 0..=plan.steps() {
@@ -316,11 +327,11 @@ fn carry_columns<R: Real, const GAS: bool>(
             step,
             #[inline(always)]
             |member| {
-                let instant = plan.instants[step];
+                let instant = plan.record_at_step[step];
                 if instant != NO_INSTANT {
                     for (sensor, lane) in (0..sensors).flat_map(|sensor| (0..lanes).map(move |lane| (sensor, lane))) {
                         let at = (lane * sensors + sensor) * instants + instant as usize;
-                        temperatures_k[at] = member.shown_k(sensor, lane);
+                        temperatures_k[at] = member.bead_temperature_k(sensor, lane);
                     }
                     if plan.gauges() > 0 {
                         let read = member.gauges(step);
@@ -335,9 +346,10 @@ fn carry_columns<R: Real, const GAS: bool>(
     (0..lanes)
         .map(|lane| {
             let size = gauges.len() / lanes;
-            End {
-                strayed: member.strayed(lane),
-                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane)).and_gas(member.gone(lane)),
+            MemberResult {
+                diverged_at_step: member.diverged_at(lane),
+                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane))
+                    .with_gas(member.gas_balance(lane)),
                 extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
                 gauges: gauges[lane * size..(lane + 1) * size].to_vec(),
             }
@@ -358,14 +370,14 @@ mod tests {
         case.resolution = Resolution { cells: 40, ..Resolution::default() };
         let plan = Plan::new(&case);
         let factors = case.factors.len();
-        let ensemble = Ensemble::at(factors, (0..5 * factors).map(|i| 0.9 + 0.01 * (i % 21) as f64).collect());
+        let ensemble = Ensemble::from_values(factors, (0..5 * factors).map(|i| 0.9 + 0.01 * (i % 21) as f64).collect());
         for precision in [Precision::F64, Precision::F32] {
-            let scalar = one_by_one(precision, &plan, &ensemble, 0..5);
+            let scalar = march_scalar(precision, &plan, &ensemble, 0..5);
             assert!(scalar.trace(0, 0) != scalar.trace(1, 0), "the members are equal");
             let all: Vec<usize> = (0..factors).collect();
-            let derivatives = Vectors::None.tangents(precision, &plan, &ensemble, &all);
+            let derivatives = InstructionSet::Scalar.tangents(precision, &plan, &ensemble, &all);
             assert!(derivatives.trace(factors, 0) != derivatives.trace(factors - 1, 0), "the derivatives are equal");
-            for vectors in Vectors::at_hand() {
+            for vectors in InstructionSet::available() {
                 let vectorised = vectors.march(precision, &plan, &ensemble, 0..5);
                 assert_eq!(vectorised.temperatures_k, scalar.temperatures_k, "{vectors:?} in {precision:?}");
                 assert_eq!(vectorised.gauges, scalar.gauges, "{vectors:?} in {precision:?}");

@@ -1,17 +1,17 @@
 //! Backends that march an ensemble through a plan.
 
-pub mod choose;
+pub mod backend_selection;
+pub mod batching;
 pub mod cpu;
-pub mod extrapolated;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-pub mod monitored;
-pub mod together;
+pub mod monitor;
+pub mod richardson;
 
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
-use crate::traces::{Arrival, Traces};
-use monitored::Monitor;
+use crate::traces::{MemberStatus, Traces};
+use monitor::Monitor;
 use std::ops::Range;
 
 /// Floating-point precision of a march.
@@ -70,7 +70,7 @@ pub enum MarchError {
     },
     /// The device ended a loop early.
     #[error("member {member} stopped at step {step} of {steps}: the device terminated a loop early")]
-    CutShort {
+    Incomplete {
         /// The first such member.
         member: usize,
         /// The last step that the member completed.
@@ -107,7 +107,7 @@ pub enum MarchError {
 }
 
 /// A batch in progress: waits for the members and returns their traces.
-pub type Begun<'a> = Box<dyn FnOnce() -> Result<Traces, MarchError> + 'a>;
+pub type PendingBatch<'a> = Box<dyn FnOnce() -> Result<Traces, MarchError> + 'a>;
 
 /// A backend, or a wrapper of one, that marches members of an ensemble through a plan.
 pub trait March: Send {
@@ -138,7 +138,7 @@ pub trait March: Send {
         plan: &'a Plan,
         ensemble: &Ensemble,
         members: Range<usize>,
-    ) -> Result<Begun<'a>, MarchError> {
+    ) -> Result<PendingBatch<'a>, MarchError> {
         let traces = self.march(plan, ensemble, members)?;
         Ok(Box::new(|| Ok(traces)))
     }
@@ -147,13 +147,13 @@ pub trait March: Send {
     ///
     /// # Errors
     /// As [`march`](Self::march).
-    fn finish(&mut self, pending: Begun<'_>) -> Result<Traces, MarchError> {
+    fn finish(&mut self, pending: PendingBatch<'_>) -> Result<Traces, MarchError> {
         pending()
     }
 
     /// March members with their derivatives by some factors (forward-mode tangents). For every point the traces hold
     /// the member, then for each factor a row with the derivative of every output per unit of the factor, with the
-    /// status of the member. `None` from a backend without derivatives.
+    /// status of the member. `Scalar` from a backend without derivatives.
     ///
     /// # Errors
     /// As [`march`](Self::march).
@@ -186,14 +186,14 @@ pub fn march_all(
     ensemble: &Ensemble,
     take: &mut dyn FnMut(Traces),
 ) -> Result<(), MarchError> {
-    march_some(march, plan, ensemble, 0..ensemble.len(), take)
+    march_members(march, plan, ensemble, 0..ensemble.len(), take)
 }
 
 /// March some members of an ensemble as [`march_all`] does.
 ///
 /// # Errors
 /// As [`March::march`].
-pub fn march_some(
+pub fn march_members(
     march: &mut dyn March,
     plan: &Plan,
     ensemble: &Ensemble,
@@ -214,17 +214,17 @@ pub fn march_some(
 
 /// Readings at the instants of a plan, interpolated from records at its steps. Of every `rows_per_member` rows the
 /// first is a member and the others are derivatives.
-fn read_out(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
-    let mut readings = match &plan.readout {
+fn interpolate_records(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
+    let mut readings = match &plan.interpolation {
         None => records,
         Some(readout) => {
             let read = |records_of: &[f64]| {
-                let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.instants());
-                records_of.chunks_exact(plan.records).for_each(|records| readout.read(records, &mut readings));
+                let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.instant_count());
+                records_of.chunks_exact(plan.records).for_each(|records| readout.interpolate(records, &mut readings));
                 readings
             };
             Traces {
-                instants: readout.instants(),
+                instants: readout.instant_count(),
                 temperatures_k: read(&records.temperatures_k),
                 gauges: read(&records.gauges),
                 ..records
@@ -241,15 +241,15 @@ fn read_out(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
 }
 
 /// Status of a member, from the step on which it diverged, if any, and the temperature range of each ply.
-fn arrival(plan: &Plan, strayed: Option<usize>, extremes_k: &[(f64, f64)]) -> Arrival {
+fn member_status(plan: &Plan, strayed: Option<usize>, extremes_k: &[(f64, f64)]) -> MemberStatus {
     if let Some(step) = strayed {
-        return Arrival::Strayed { time_s: plan.times_s[step + 1] };
+        return MemberStatus::Diverged { time_s: plan.times_s[step + 1] };
     }
-    for (ply, (&(coldest, hottest), &(low, high))) in extremes_k.iter().zip(&plan.allowed_k).enumerate() {
+    for (ply, (&(coldest, hottest), &(low, high))) in extremes_k.iter().zip(&plan.table_limits_k).enumerate() {
         if coldest < low || hottest > high {
             let temperature_k = if hottest > high { hottest } else { coldest };
-            return Arrival::LeftTable { ply, temperature_k };
+            return MemberStatus::OutOfTable { ply, temperature_k };
         }
     }
-    Arrival::Done
+    MemberStatus::Completed
 }

@@ -5,52 +5,52 @@
 //! second order too, but overshoots by a fifth where a hot cell burns out within a step.
 
 use super::Real;
-use super::compensated::keep;
+use super::compensated::opaque;
 use super::exponential::{decay, exponential, logarithm, power};
 use crate::plan::layout::Reaction;
 
-/// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `kinetics` scales A; `steepness` is
+/// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `kinetics` scales A; `gradient_cosine` is
 /// E/RT.
 #[inline(always)]
-pub fn rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, steepness: R) -> R {
-    let constant = kinetics * R::of(reaction.rate_1_s) * exponential(-steepness);
+pub fn arrhenius_rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, steepness: R) -> R {
+    let constant = kinetics * R::splat(reaction.rate_1_s) * exponential(-steepness);
     if reaction.onset_k == R::scalar(0.0) {
         return constant;
     }
-    constant * temperature_k.reached(R::of(reaction.onset_k))
+    constant * temperature_k.ge_mask(R::splat(reaction.onset_k))
 }
 
 /// `(1 − e⁻ˣ)/x` for x ≥ 0, one at zero: the mean of an exponential decay.
 #[inline(always)]
 pub fn mean_decay<R: Real>(x: R) -> R {
-    let one = R::constant(1.0);
-    let near = x.min(R::constant(0.5));
+    let one = R::from_f64(1.0);
+    let near = x.min(R::from_f64(0.5));
     let mut series = one;
     for n in 0..12 {
-        series = one - near * R::constant(1.0 / f64::from(13 - n)) * series;
+        series = one - near * R::from_f64(1.0 / f64::from(13 - n)) * series;
     }
     // The bound keeps the quotient finite. It lies below 0.5, so that the derivative at 0.5 is that of x.
-    let far = x.max(R::constant(0.25));
+    let far = x.max(R::from_f64(0.25));
     let large = (one - exponential(-far)) / far;
-    let is_large = x.reached(R::constant(0.5));
-    series + is_large * keep(large - series)
+    let is_large = x.ge_mask(R::from_f64(0.5));
+    series + is_large * opaque(large - series)
 }
 
 /// `ln(1 + x)` for x > −1, accurate for small x.
 #[inline(always)]
-pub fn logarithm_over_one<R: Real>(x: R) -> R {
-    let one = R::constant(1.0);
-    let small = x * (one - x * (R::constant(0.5) - x * R::constant(1.0 / 3.0)));
-    let large = logarithm((one + x).max(R::constant(1e-30)));
-    let is_large = (x * x).reached(R::constant(1e-6));
-    small + is_large * keep(large - small)
+pub fn logarithm_1p<R: Real>(x: R) -> R {
+    let one = R::from_f64(1.0);
+    let small = x * (one - x * (R::from_f64(0.5) - x * R::from_f64(1.0 / 3.0)));
+    let large = logarithm((one + x).max(R::from_f64(1e-30)));
+    let is_large = (x * x).ge_mask(R::from_f64(1e-6));
+    small + is_large * opaque(large - small)
 }
 
 /// Share of its reactant that a reaction consumes, at most one. `exposure` is the integral of the rate constant. Orders
 /// 1, 2 and 3 have closed forms without a logarithm.
 #[inline(always)]
-pub fn consumed<R: Real>(reactant: R, exposure: R, order: R::Scalar) -> R {
-    let one = R::constant(1.0);
+pub fn consumed_share<R: Real>(reactant: R, exposure: R, order: R::Scalar) -> R {
+    let one = R::from_f64(1.0);
     if order == R::scalar(1.0) {
         return decay(exposure);
     }
@@ -59,12 +59,12 @@ pub fn consumed<R: Real>(reactant: R, exposure: R, order: R::Scalar) -> R {
         return gone / (one + gone);
     }
     if order == R::scalar(3.0) {
-        let gone = R::constant(2.0) * exposure * reactant * reactant;
+        let gone = R::from_f64(2.0) * exposure * reactant * reactant;
         let root = (one + gone).sqrt();
         return gone / (root * (root + one));
     }
-    let above = R::of(order) - one;
+    let above = R::splat(order) - one;
     let gone = above * exposure * power(reactant, above);
-    let decay = logarithm_over_one(gone) / above;
+    let decay = logarithm_1p(gone) / above;
     decay * mean_decay(decay)
 }

@@ -7,7 +7,7 @@
 pub mod directions;
 
 use super::Real;
-use crate::plan::layout::ABREAST;
+use crate::plan::layout::COLUMNS_PER_LOAD;
 use directions::Directions;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -15,21 +15,21 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 #[derive(Clone, Copy)]
 pub struct Dual<V, D> {
     value: V,
-    change: D,
+    tangent: D,
 }
 
 impl<V: Real<Scalar = V>, D: Directions<V>> Dual<V, D> {
     /// A value with zero tangents.
     #[inline(always)]
-    fn unchanging(value: V) -> Self {
-        Self { value, change: D::of(V::constant(0.0)) }
+    fn without_tangent(value: V) -> Self {
+        Self { value, tangent: D::splat(V::from_f64(0.0)) }
     }
 
     /// Minimum or maximum of two equal values: the other value with the mean of both tangents, as a central difference
     /// has it. Either tangent alone would be a one-sided derivative, and zero if the other operand is a constant.
     #[inline(always)]
-    fn halfway(self, other: Self) -> Self {
-        Self { value: other.value, change: (self.change + other.change) * D::of(V::constant(0.5)) }
+    fn with_mean_tangent(self, other: Self) -> Self {
+        Self { value: other.value, tangent: (self.tangent + other.tangent) * D::splat(V::from_f64(0.5)) }
     }
 }
 
@@ -37,7 +37,7 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Add for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self { value: self.value + other.value, change: self.change + other.change }
+        Self { value: self.value + other.value, tangent: self.tangent + other.tangent }
     }
 }
 
@@ -45,7 +45,7 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Sub for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self { value: self.value - other.value, change: self.change - other.change }
+        Self { value: self.value - other.value, tangent: self.tangent - other.tangent }
     }
 }
 
@@ -53,8 +53,8 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Mul for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let change = self.change * D::of(other.value) + D::of(self.value) * other.change;
-        Self { value: self.value * other.value, change }
+        let change = self.tangent * D::splat(other.value) + D::splat(self.value) * other.tangent;
+        Self { value: self.value * other.value, tangent: change }
     }
 }
 
@@ -63,8 +63,8 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Div for Dual<V, D> {
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
-        let inverse = V::constant(1.0) / other.value;
-        Self { value, change: (self.change - D::of(value) * other.change) * D::of(inverse) }
+        let inverse = V::from_f64(1.0) / other.value;
+        Self { value, tangent: (self.tangent - D::splat(value) * other.tangent) * D::splat(inverse) }
     }
 }
 
@@ -72,7 +72,7 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Neg for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { value: -self.value, change: -self.change }
+        Self { value: -self.value, tangent: -self.tangent }
     }
 }
 
@@ -80,7 +80,7 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Add<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, constant: V) -> Self {
-        Self { value: self.value + constant, change: self.change }
+        Self { value: self.value + constant, tangent: self.tangent }
     }
 }
 
@@ -88,7 +88,7 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Sub<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, constant: V) -> Self {
-        Self { value: self.value - constant, change: self.change }
+        Self { value: self.value - constant, tangent: self.tangent }
     }
 }
 
@@ -96,34 +96,34 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Mul<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, constant: V) -> Self {
-        Self { value: self.value * constant, change: self.change * D::of(constant) }
+        Self { value: self.value * constant, tangent: self.tangent * D::splat(constant) }
     }
 }
 
-impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dual<V, D> {
+impl<V: Real<Scalar = V, Constant = V> + PartialOrd, D: Directions<V>> Real for Dual<V, D> {
     type Scalar = V;
-    type Still = V;
-    type Place = V::Place;
-    type Rows<'p, 'a> = V::Rows<'p, 'a>;
-    type Row<'a> = V::Row<'a>;
+    type Constant = V;
+    type RowOffset = V::RowOffset;
+    type TableRows<'p, 'a> = V::TableRows<'p, 'a>;
+    type TableRow<'a> = V::TableRow<'a>;
     const LANES: usize = 1 + D::LANES;
-    const DIGITS: u32 = V::DIGITS;
+    const MANTISSA_BITS: u32 = V::MANTISSA_BITS;
 
     #[inline(always)]
     fn scalar(value: f64) -> V {
         V::scalar(value)
     }
     #[inline(always)]
-    fn of(value: V) -> Self {
-        Self::unchanging(value)
+    fn splat(value: V) -> Self {
+        Self::without_tangent(value)
     }
     #[inline(always)]
     fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
-        Self { value: V::from_lanes(&mut lane), change: D::from_lanes(|direction| lane(1 + direction)) }
+        Self { value: V::from_lanes(&mut lane), tangent: D::from_lanes(|direction| lane(1 + direction)) }
     }
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
-        lane.checked_sub(1).map_or_else(|| self.value.lane(0), |direction| self.change.lane(direction))
+        lane.checked_sub(1).map_or_else(|| self.value.lane(0), |direction| self.tangent.lane(direction))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
@@ -132,7 +132,7 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
         } else if self.value < other.value {
             other
         } else {
-            self.halfway(other)
+            self.with_mean_tangent(other)
         }
     }
     #[inline(always)]
@@ -142,76 +142,79 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
         } else if self.value > other.value {
             other
         } else {
-            self.halfway(other)
+            self.with_mean_tangent(other)
         }
     }
     #[inline(always)]
-    fn settled(self, threshold: Self) -> Self {
-        Self { value: self.value.settled(threshold.value), change: self.change.settled(D::of(threshold.value)) }
+    fn flush_tiny(self, threshold: Self) -> Self {
+        Self {
+            value: self.value.flush_tiny(threshold.value),
+            tangent: self.tangent.flush_tiny(D::splat(threshold.value)),
+        }
     }
     #[inline(always)]
-    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+    fn sub_mul_flushed(self, factor: Self, before: Self, threshold: Self) -> Self {
         // −(factor′ before + factor before′), in this order of operations.
-        let product = factor.change * D::of(-before.value.settled(threshold.value));
-        let product = product.less_times(D::of(factor.value), before.change, D::of(threshold.value));
+        let product = factor.tangent * D::splat(-before.value.flush_tiny(threshold.value));
+        let product = product.sub_mul_flushed(D::splat(factor.value), before.tangent, D::splat(threshold.value));
         Self {
-            value: self.value.less_times(factor.value, before.value, threshold.value),
-            change: self.change + product,
+            value: self.value.sub_mul_flushed(factor.value, before.value, threshold.value),
+            tangent: self.tangent + product,
         }
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
-        Self { value, change: self.change * D::of(V::constant(0.5) / value) }
+        Self { value, tangent: self.tangent * D::splat(V::from_f64(0.5) / value) }
     }
     #[inline(always)]
-    fn reached(self, threshold: Self) -> Self {
-        Self::unchanging(self.value.reached(threshold.value))
+    fn ge_mask(self, threshold: Self) -> Self {
+        Self::without_tangent(self.value.ge_mask(threshold.value))
     }
     #[inline(always)]
-    fn any(self) -> bool {
-        self.value.any()
+    fn any_nonzero(self) -> bool {
+        self.value.any_nonzero()
     }
     #[inline(always)]
-    fn nearest(self) -> Self {
-        Self::unchanging(self.value.nearest())
+    fn round_ties_even(self) -> Self {
+        Self::without_tangent(self.value.round_ties_even())
     }
     #[inline(always)]
-    fn two_to(self) -> Self {
-        Self::unchanging(self.value.two_to())
+    fn power_of_two(self) -> Self {
+        Self::without_tangent(self.value.power_of_two())
     }
     #[inline(always)]
-    fn twos(self) -> Self {
-        Self::unchanging(self.value.twos())
+    fn exponent(self) -> Self {
+        Self::without_tangent(self.value.exponent())
     }
     #[inline(always)]
     fn mantissa(self) -> Self {
         let value = self.value.mantissa();
-        Self { value, change: self.change * D::of(value / self.value) }
+        Self { value, tangent: self.tangent * D::splat(value / self.value) }
     }
     #[inline(always)]
-    fn floor(self, max: u32) -> V {
-        self.value.floor(max)
+    fn floor_clamped(self, max: u32) -> V {
+        self.value.floor_clamped(max)
     }
     #[inline(always)]
-    fn rows<'p, 'a>(
-        offsets: &'p mut [V::Place],
+    fn table_rows<'p, 'a>(
+        offsets: &'p mut [V::RowOffset],
         table: &'a [V],
         columns: usize,
         row_number: impl FnMut(usize) -> V,
-    ) -> V::Rows<'p, 'a> {
-        V::rows(offsets, table, columns, row_number)
+    ) -> V::TableRows<'p, 'a> {
+        V::table_rows(offsets, table, columns, row_number)
     }
     #[inline(always)]
-    fn row<'a>(rows: V::Rows<'_, 'a>, i: usize) -> V::Row<'a> {
-        V::row(rows, i)
+    fn table_row<'a>(rows: V::TableRows<'_, 'a>, i: usize) -> V::TableRow<'a> {
+        V::table_row(rows, i)
     }
     #[inline(always)]
-    fn four(row: V::Row<'_>, group: usize) -> [V; ABREAST] {
-        V::four(row, group)
+    fn column_group(row: V::TableRow<'_>, group: usize) -> [V; COLUMNS_PER_LOAD] {
+        V::column_group(row, group)
     }
     #[inline(always)]
-    fn within(self, span: f32, outside: impl FnMut(usize)) {
-        self.value.within(span, outside);
+    fn for_lanes_outside(self, span: f32, outside: impl FnMut(usize)) {
+        self.value.for_lanes_outside(span, outside);
     }
 }

@@ -4,18 +4,18 @@
 //! both twins agree in both precisions.
 
 use super::Real;
-use super::compensated::keep;
+use super::compensated::opaque;
 
 pub(super) const LOG2_E: f64 = std::f64::consts::LOG2_E;
 /// ln 2 in two parts (Cody and Waite); integer multiples of the first are exact in f32.
 pub(super) const LN_2_HIGH: f64 = 0.693_145_751_953_125;
 pub(super) const LN_2_LOW: f64 = 1.428_606_820_309_417_2e-6;
 /// Arguments are clamped to ± this value: e⁻⁸⁰ = 2⁻¹¹⁵ is far below any rate that matters.
-pub(super) const LARGEST: f64 = 80.0;
+pub(super) const EXP_ARGUMENT_MAX: f64 = 80.0;
 /// Coefficients of `(eˣ − 1)/x` on ±ln 2 / 2, lowest power first: minimax in the relative error (Remez exchange, 50
 /// digits). Error after rounding 2.1e-17 in f64 and 2.3e-8 in f32, less than half the rounding of the sum. A Taylor
 /// series needs two more terms.
-pub(super) const SERIES: [f64; 11] = [
+pub(super) const SERIES_F64: [f64; 11] = [
     1.0,
     0.500_000_000_000_000_6,
     0.166_666_666_666_665_63,
@@ -28,7 +28,7 @@ pub(super) const SERIES: [f64; 11] = [
     2.762_626_278_810_536e-7,
     2.505_209_632_569_198e-8,
 ];
-pub(super) const SHORT_SERIES: [f64; 6] = [
+pub(super) const SERIES_F32: [f64; 6] = [
     1.0,
     0.499_999_970_197_677_6,
     0.166_665_062_308_311_46,
@@ -39,77 +39,77 @@ pub(super) const SHORT_SERIES: [f64; 6] = [
 
 /// eˣ = `2ⁿ (1 + part)`, |part| < 0.42.
 #[derive(Clone, Copy)]
-pub struct Power<R> {
-    pub two_to: R,
+pub struct ExpParts<R> {
+    pub power_of_two: R,
     pub part: R,
 }
 
 /// Two terms of a series, divided by the power of the first.
 #[inline(always)]
 fn two_terms<R: Real>(terms: &[f64], rest: R) -> R {
-    keep(rest * R::fixed(terms[1])) + R::fixed(terms[0])
+    opaque(rest * R::constant_from_f64(terms[1])) + R::constant_from_f64(terms[0])
 }
 
 /// Four terms of a series, divided by the power of the first.
 #[inline(always)]
 fn four_terms<R: Real>(terms: &[f64], rest: R, square: R) -> R {
-    two_terms(terms, rest) + keep(two_terms(&terms[2..], rest) * square)
+    two_terms(terms, rest) + opaque(two_terms(&terms[2..], rest) * square)
 }
 
 /// The two parts of eˣ, x clamped to ±80. Estrin's scheme: independent pairs of terms. In Horner's scheme each term
 /// waits for the one before, and most of the time of a reacting cell was that wait.
 #[inline(always)]
-pub fn power_of_e<R: Real>(x: R) -> Power<R> {
-    let bounded = x.max(R::constant(-LARGEST)).min(R::constant(LARGEST));
-    let exponent = (bounded * R::fixed(LOG2_E)).nearest();
-    let rest = keep(bounded - exponent * R::fixed(LN_2_HIGH)) - exponent * R::fixed(LN_2_LOW);
-    let square = keep(rest * rest);
-    let fourth = keep(square * square);
-    let sum = if R::DIGITS > 23 {
-        let low = four_terms(&SERIES, rest, square) + keep(four_terms(&SERIES[4..], rest, square) * fourth);
-        let high = two_terms(&SERIES[8..], rest) + keep(square * R::fixed(SERIES[10]));
-        low + keep(high * keep(fourth * fourth))
+pub fn exp_parts<R: Real>(x: R) -> ExpParts<R> {
+    let bounded = x.max(R::from_f64(-EXP_ARGUMENT_MAX)).min(R::from_f64(EXP_ARGUMENT_MAX));
+    let exponent = (bounded * R::constant_from_f64(LOG2_E)).round_ties_even();
+    let rest = opaque(bounded - exponent * R::constant_from_f64(LN_2_HIGH)) - exponent * R::constant_from_f64(LN_2_LOW);
+    let square = opaque(rest * rest);
+    let fourth = opaque(square * square);
+    let sum = if R::MANTISSA_BITS > 23 {
+        let low = four_terms(&SERIES_F64, rest, square) + opaque(four_terms(&SERIES_F64[4..], rest, square) * fourth);
+        let high = two_terms(&SERIES_F64[8..], rest) + opaque(square * R::constant_from_f64(SERIES_F64[10]));
+        low + opaque(high * opaque(fourth * fourth))
     } else {
-        four_terms(&SHORT_SERIES, rest, square) + keep(two_terms(&SHORT_SERIES[4..], rest) * fourth)
+        four_terms(&SERIES_F32, rest, square) + opaque(two_terms(&SERIES_F32[4..], rest) * fourth)
     };
-    Power { two_to: exponent.two_to(), part: keep(sum * rest) }
+    ExpParts { power_of_two: exponent.power_of_two(), part: opaque(sum * rest) }
 }
 
 /// eˣ.
 #[inline(always)]
 pub fn exponential<R: Real>(x: R) -> R {
-    let power = power_of_e(x);
-    (power.part + R::fixed(1.0)) * power.two_to
+    let power = exp_parts(x);
+    (power.part + R::constant_from_f64(1.0)) * power.power_of_two
 }
 
 /// `1 − e⁻ˣ`, accurate for small x.
 #[inline(always)]
 pub fn decay<R: Real>(x: R) -> R {
-    let power = power_of_e(-x);
-    (R::constant(1.0) - power.two_to) - power.two_to * power.part
+    let power = exp_parts(-x);
+    (R::from_f64(1.0) - power.power_of_two) - power.power_of_two * power.part
 }
 
 /// ln x for x above the smallest normal f32: a series about the nearest power of two, and one step of Halley's method
 /// on eʸ = x, which triples the digits.
 #[inline(always)]
 pub fn logarithm<R: Real>(x: R) -> R {
-    let exponent = x.twos();
+    let exponent = x.exponent();
     let mantissa = x.mantissa();
-    let s = (mantissa - R::constant(1.0)) / (mantissa + R::constant(1.0));
+    let s = (mantissa - R::from_f64(1.0)) / (mantissa + R::from_f64(1.0));
     let square = s * s;
-    let mut sum = R::constant(1.0 / 11.0);
+    let mut sum = R::from_f64(1.0 / 11.0);
     for n in 1..6 {
-        sum = keep(sum * square) + R::constant(1.0 / f64::from(11 - 2 * n));
+        sum = opaque(sum * square) + R::from_f64(1.0 / f64::from(11 - 2 * n));
     }
-    let near = exponent * R::constant(std::f64::consts::LN_2) + keep((s + s) * sum);
+    let near = exponent * R::from_f64(std::f64::consts::LN_2) + opaque((s + s) * sum);
     let back = exponential(near);
-    near + (x - back) * R::constant(2.0) / (x + back)
+    near + (x - back) * R::from_f64(2.0) / (x + back)
 }
 
 /// xᵐ for x ≥ 0; x below 1e-30 counts as 1e-30.
 #[inline(always)]
 pub fn power<R: Real>(x: R, m: R) -> R {
-    exponential(m * logarithm(x.max(R::constant(1e-30))))
+    exponential(m * logarithm(x.max(R::from_f64(1e-30))))
 }
 
 #[cfg(test)]
@@ -119,9 +119,9 @@ mod tests {
     /// Largest relative error of a function on `least`…80, in units of the last place of one.
     fn relative_error_ulp<R: Real>(least: f64, function: impl Fn(R) -> R, exact: impl Fn(f64) -> f64) -> f64 {
         let error = |step: i32| {
-            let x = R::constant(least + (80.0 - least) * f64::from(step) / 1e5);
+            let x = R::from_f64(least + (80.0 - least) * f64::from(step) / 1e5);
             let exact = exact(x.lane(0));
-            (function(x).lane(0) / exact - 1.0).abs() * f64::from(R::DIGITS).exp2()
+            (function(x).lane(0) / exact - 1.0).abs() * f64::from(R::MANTISSA_BITS).exp2()
         };
         (0..=100_000).map(error).fold(0.0, f64::max)
     }
@@ -134,7 +134,7 @@ mod tests {
         assert!(exponentials <= MAX_ERROR_ULP, "eˣ: error {exponentials:.1} ulp");
         let decays = relative_error_ulp::<R>(1e-7, decay, |x| -(-x).exp_m1());
         assert!(decays <= MAX_ERROR_ULP, "1 − e⁻ˣ: error {decays:.1} ulp");
-        let inaccurate = |x: R| exponential(x) * R::constant(1.0 + 8.0 * (-f64::from(R::DIGITS)).exp2());
+        let inaccurate = |x: R| exponential(x) * R::from_f64(1.0 + 8.0 * (-f64::from(R::MANTISSA_BITS)).exp2());
         assert!(relative_error_ulp::<R>(-80.0, inaccurate, f64::exp) > MAX_ERROR_ULP, "an error of eight ulp passed");
     }
 

@@ -11,11 +11,11 @@
 //! q²`.
 
 use super::Real;
-use super::compensated::{Pair, difference};
+use super::compensated::{DoubleWord, difference};
 
 /// Storage and mobility of the gas in a cell's pores.
 #[derive(Clone, Copy)]
-pub struct Porous<R> {
+pub struct PoreState<R> {
     /// Mass over pressure, `w ε M/RT`, kg/m²/Pa.
     pub storage: R,
     /// `K M/(R T μ)`, s.
@@ -36,15 +36,15 @@ pub struct GasFlux<R> {
 
 /// Coordinate of a pressure on the uniform pressure levels of the tables, zero to one.
 #[inline(always)]
-pub fn level<R: Real>(pressure_pa: R, middle_pa: R) -> R {
+pub fn pressure_coordinate<R: Real>(pressure_pa: R, middle_pa: R) -> R {
     pressure_pa / (pressure_pa + middle_pa)
 }
 
 /// Mean of the pores at the start and at the end of a step.
 #[inline(always)]
-pub fn midway<R: Real>(start: Porous<R>, end: Porous<R>) -> Porous<R> {
-    let half = R::constant(0.5);
-    Porous {
+pub fn midpoint_pores<R: Real>(start: PoreState<R>, end: PoreState<R>) -> PoreState<R> {
+    let half = R::from_f64(0.5);
+    PoreState {
         storage: half * (start.storage + end.storage),
         mobility_s: half * (start.mobility_s + end.mobility_s),
         slip_pa: half * (start.slip_pa + end.slip_pa),
@@ -55,21 +55,21 @@ pub fn midway<R: Real>(start: Porous<R>, end: Porous<R>) -> Porous<R> {
 /// Mass flux through the face between two cells: half a cell of each in series.
 #[inline(always)]
 pub fn gas_flux<R: Real>(
-    upper: Porous<R>,
+    upper: PoreState<R>,
     upper_m: R,
-    upper_pa: Pair<R>,
-    lower: Porous<R>,
+    upper_pa: DoubleWord<R>,
+    lower: PoreState<R>,
     lower_m: R,
-    lower_pa: Pair<R>,
+    lower_pa: DoubleWord<R>,
 ) -> GasFlux<R> {
-    let tiny = R::constant(1e-30);
+    let tiny = R::from_f64(1e-30);
     // The increment of a stage lies in the low words.
-    let mean_pa = R::constant(0.5) * ((upper_pa.high + upper_pa.low) + (lower_pa.high + lower_pa.low));
+    let mean_pa = R::from_f64(0.5) * ((upper_pa.high + upper_pa.low) + (lower_pa.high + lower_pa.low));
     let drop_pa = difference(lower_pa, upper_pa);
     let gradient = drop_pa.max(-drop_pa) / (upper_m + lower_m);
-    let inertia = R::constant(0.5) * (upper.inertia_m_pa2 + lower.inertia_m_pa2);
-    let inertia_root = R::constant(1.0) + (R::constant(1.0) + inertia * mean_pa * gradient).sqrt();
-    let inertia_factor = R::constant(2.0) / inertia_root;
+    let inertia = R::from_f64(0.5) * (upper.inertia_m_pa2 + lower.inertia_m_pa2);
+    let inertia_root = R::from_f64(1.0) + (R::from_f64(1.0) + inertia * mean_pa * gradient).sqrt();
+    let inertia_factor = R::from_f64(2.0) / inertia_root;
     let above_pa = mean_pa + upper.slip_pa;
     let below_pa = mean_pa + lower.slip_pa;
     let above = upper.mobility_s * above_pa;
@@ -79,8 +79,8 @@ pub fn gas_flux<R: Real>(
     let conductance = inertia_factor * above * (below / resistance.max(tiny));
     // Relative slope of the conductance by the mean pressure, 1/Pa.
     let gain = (upper_m * below / above_pa + lower_m * above / below_pa) / resistance.max(tiny);
-    let half = R::constant(0.5) * conductance * gain * drop_pa;
-    let zero = R::constant(0.0);
+    let half = R::from_f64(0.5) * conductance * gain * drop_pa;
+    let zero = R::from_f64(0.0);
     GasFlux {
         flux: conductance * drop_pa,
         above: (conductance - half).max(zero),

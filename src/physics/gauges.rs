@@ -3,17 +3,17 @@
 use super::Real;
 use super::exponential::logarithm;
 use super::member::Member;
-use super::mixing::converted;
-use crate::plan::GasPath;
+use super::mixture::degree_of_conversion;
+use crate::plan::GasFlowModel;
 use crate::plan::layout::GAUGES;
 
 /// Degree of conversion at the virgin front and at the char front, and its log-odds ln(c/(1 − c)).
-pub(super) const VIRGIN_LOST: f64 = 0.02;
-pub(super) const CHAR_LOST: f64 = 0.98;
+pub(super) const VIRGIN_CONVERSION: f64 = 0.02;
+pub(super) const CHAR_CONVERSION: f64 = 0.98;
 pub(super) const VIRGIN_LOG_ODDS: f64 = -3.891_820_298_110_626_5;
 pub(super) const CHAR_LOG_ODDS: f64 = 3.891_820_298_110_626_5;
 /// Conversions are clamped to this distance from zero and one before taking log-odds.
-pub(super) const CONVERSION_LEAST: f64 = 1e-6;
+pub(super) const CONVERSION_MIN: f64 = 1e-6;
 
 /// Two neighbouring depths between which conversion falls below a threshold: at the upper one it is not below it.
 #[derive(Clone, Copy)]
@@ -29,9 +29,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// the virgin layup (m), largest pressure and that at the back (Pa).
     #[inline(always)]
     pub fn gauges(&self, step: usize) -> [R; GAUGES] {
-        let zero = R::constant(0.0);
+        let zero = R::from_f64(0.0);
         let last = self.thermal.temperatures.len() - 1;
-        let outside = R::of(self.rows.drives[4 * step].pressure_pa);
+        let outside = R::splat(self.rows.boundary_forcing[4 * step].pressure_pa);
         let mut lost = zero;
         let nowhere = Crossing { upper: zero, upper_m: zero, lower: zero, lower_m: zero };
         let mut virgin = nowhere;
@@ -42,17 +42,17 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                let density = self.mass_left(p, self.phases_of(p, i));
-                let width_m = R::of(self.rows.cells[i].width_m);
-                lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * (R::constant(1.0) - density);
-                let here = converted(density, self.scales.plies[p]);
-                let node_m = depth_m + R::of(self.rows.cells[i].above_m);
+                let density = self.mass_ratio(p, self.current_phases(p, i));
+                let width_m = R::splat(self.rows.cells[i].width_m);
+                lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * (R::from_f64(1.0) - density);
+                let here = degree_of_conversion(density, self.scales.plies[p]);
+                let node_m = depth_m + R::splat(self.rows.cells[i].above_m);
                 // Conversion jumps between materials: a front between their nodes lies on the interface.
                 let jumps = i == ply.first_cell as usize && (p == 0 || ply.table != self.plan.plies[p - 1].table);
                 let [upper_m, lower_m] = if jumps { [depth_m, depth_m] } else { [before_m, node_m] };
                 let fall = Crossing { upper: before, upper_m, lower: here, lower_m };
-                virgin = deeper(virgin, fall, R::constant(VIRGIN_LOST));
-                char = deeper(char, fall, R::constant(CHAR_LOST));
+                virgin = deepest_crossing(virgin, fall, R::from_f64(VIRGIN_CONVERSION));
+                char = deepest_crossing(char, fall, R::from_f64(CHAR_CONVERSION));
                 before = here;
                 before_m = node_m;
                 depth_m = depth_m + width_m;
@@ -60,29 +60,29 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         // A front that has passed the last node ends at the back face.
         let end = Crossing { upper: before, upper_m: depth_m, lower: zero, lower_m: depth_m };
-        virgin = deeper(virgin, end, R::constant(VIRGIN_LOST));
-        char = deeper(char, end, R::constant(CHAR_LOST));
-        let virgin_m = front_m(virgin, R::constant(VIRGIN_LOG_ODDS));
-        let char_m = front_m(char, R::constant(CHAR_LOG_ODDS));
+        virgin = deepest_crossing(virgin, end, R::from_f64(VIRGIN_CONVERSION));
+        char = deepest_crossing(char, end, R::from_f64(CHAR_CONVERSION));
+        let virgin_m = front_depth_m(virgin, R::from_f64(VIRGIN_LOG_ODDS));
+        let char_m = front_depth_m(char, R::from_f64(CHAR_LOG_ODDS));
         let mut peak = outside;
         let mut back = outside;
-        if self.plan.gas == Some(GasPath::Darcy) {
+        if self.plan.gas == Some(GasFlowModel::Darcy) {
             for i in 0..=last {
                 peak = peak.max(self.darcy.pressures[i].high);
             }
             back = self.darcy.pressures[last].high;
         }
         // Linear extrapolation of the mean fluxes of the last two steps to the instant.
-        let flux = R::constant(1.5) * self.gas.recent[1] - R::constant(0.5) * self.gas.recent[0];
+        let flux = R::from_f64(1.5) * self.gas.recent_outflows[1] - R::from_f64(0.5) * self.gas.recent_outflows[0];
         [flux, lost, virgin_m, char_m, peak, back]
     }
 }
 
 /// `next` if it crosses `threshold`, else `crossing`.
 #[inline(always)]
-fn deeper<R: Real>(crossing: Crossing<R>, next: Crossing<R>, threshold: R) -> Crossing<R> {
-    let one = R::constant(1.0);
-    let falls = next.upper.reached(threshold) * (one - next.lower.reached(threshold));
+fn deepest_crossing<R: Real>(crossing: Crossing<R>, next: Crossing<R>, threshold: R) -> Crossing<R> {
+    let one = R::from_f64(1.0);
+    let falls = next.upper.ge_mask(threshold) * (one - next.lower.ge_mask(threshold));
     let stays = one - falls;
     Crossing {
         upper: stays * crossing.upper + falls * next.upper,
@@ -98,17 +98,17 @@ fn deeper<R: Real>(crossing: Crossing<R>, next: Crossing<R>, threshold: R) -> Cr
 /// Ahead of a reaction front conversion falls exponentially with depth (Arrhenius rate, nearly linear temperature).
 /// Interpolated linearly, the front would jump by half a cell as it passes a node.
 #[inline(always)]
-fn front_m<R: Real>(crossing: Crossing<R>, mark_log_odds: R) -> R {
+fn front_depth_m<R: Real>(crossing: Crossing<R>, mark_log_odds: R) -> R {
     let upper = log_odds(crossing.upper);
     let lower = log_odds(crossing.lower);
-    let fraction = (upper - mark_log_odds) / (upper - lower).max(R::constant(1e-9));
+    let fraction = (upper - mark_log_odds) / (upper - lower).max(R::from_f64(1e-9));
     crossing.upper_m + fraction * (crossing.lower_m - crossing.upper_m)
 }
 
 /// ln(c/(1 − c)) of a conversion.
 #[inline(always)]
 fn log_odds<R: Real>(conversion: R) -> R {
-    let one = R::constant(1.0);
-    let inside = conversion.max(R::constant(CONVERSION_LEAST)).min(R::constant(1.0 - CONVERSION_LEAST));
+    let one = R::from_f64(1.0);
+    let inside = conversion.max(R::from_f64(CONVERSION_MIN)).min(R::from_f64(1.0 - CONVERSION_MIN));
     logarithm(inside / (one - inside))
 }

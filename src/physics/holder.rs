@@ -7,12 +7,12 @@
 
 use super::GAMMA;
 use super::Real;
-use super::compensated::{Pair, advanced};
+use super::compensated::{DoubleWord, add_compensated};
 use super::member::Member;
 
 /// Heat flux from the holder into a cell, W/m².
 #[inline(always)]
-pub fn flux_sideways<R: Real>(conductance_w_m2_k: R, holder_k: R, cell: Pair<R>) -> R {
+pub fn lateral_heat_flux<R: Real>(conductance_w_m2_k: R, holder_k: R, cell: DoubleWord<R>) -> R {
     conductance_w_m2_k * ((holder_k - cell.high) - cell.low)
 }
 
@@ -20,40 +20,40 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Holder temperature of a stage, K.
     #[inline(always)]
     fn holder_k(&self, step: usize, stage: usize) -> R {
-        let start = R::of(self.rows.drives[4 * step].holder_k);
-        let end = R::of(self.rows.drives[4 * step + 1].holder_k);
-        let foreseen = R::constant(GAMMA) * (end - start);
+        let start = R::splat(self.rows.boundary_forcing[4 * step].holder_k);
+        let end = R::splat(self.rows.boundary_forcing[4 * step + 1].holder_k);
+        let foreseen = R::from_f64(GAMMA) * (end - start);
         if stage == 0 { start + foreseen } else { end - foreseen }
     }
 
     /// Conductance between the holder and a cell of a ply, W/m²/K.
     #[inline(always)]
-    pub(super) fn conductance_sideways(&self, ply: usize, cell: usize) -> R {
-        self.scales.plies[ply].holder_w_m3_k * R::still(self.rows.cells[cell].width_m)
+    pub(super) fn holder_conductance(&self, ply: usize, cell: usize) -> R {
+        self.scales.plies[ply].holder_w_m3_k * R::constant(self.rows.cells[cell].width_m)
     }
 
     /// Heat flux from the holder into a cell at a stage, W/m².
     #[inline(always)]
-    pub(super) fn sideways(&self, ply: usize, cell: usize, step: usize, stage: usize) -> R {
-        let conductance_w_m2_k = self.conductance_sideways(ply, cell);
-        flux_sideways(conductance_w_m2_k, self.holder_k(step, stage), self.staged(cell, stage))
+    pub(super) fn holder_flux(&self, ply: usize, cell: usize, step: usize, stage: usize) -> R {
+        let conductance_w_m2_k = self.holder_conductance(ply, cell);
+        lateral_heat_flux(conductance_w_m2_k, self.holder_k(step, stage), self.stage_temperature(cell, stage))
     }
 
     /// Adds the heat from the holder over a step to the balance: mean of both stages, and the implicit part of the
     /// scheme.
     #[inline(always)]
-    pub(super) fn account_sideways(&mut self, step: usize, start: R, end: R) {
-        let mut taken = R::constant(0.0);
+    pub(super) fn account_holder_heat(&mut self, step: usize, start: R, end: R) {
+        let mut taken = R::from_f64(0.0);
         for p in 0..self.scales.plies.len() {
             let ply = &self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                taken = taken + self.conductance_sideways(p, i) * self.thermal.system[i].second;
+                taken = taken + self.holder_conductance(p, i) * self.thermal.system[i].rhs_or_increment;
             }
         }
-        let half_step_s = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
-        let amount = half_step_s * (start + end - R::constant(GAMMA) * taken);
-        let zero = R::constant(0.0);
-        self.accounts.heat[4] = advanced(self.accounts.heat[4], amount.max(zero));
-        self.accounts.heat[5] = advanced(self.accounts.heat[5], (-amount).max(zero));
+        let half_step_s = R::from_f64(0.5) * R::splat(self.rows.step_lengths_s[step]);
+        let amount = half_step_s * (start + end - R::from_f64(GAMMA) * taken);
+        let zero = R::from_f64(0.0);
+        self.sums.heat[4] = add_compensated(self.sums.heat[4], amount.max(zero));
+        self.sums.heat[5] = add_compensated(self.sums.heat[5], (-amount).max(zero));
     }
 }

@@ -3,12 +3,12 @@
 //! Every lane rounds exactly as the scalar does: no fused multiply-add, the same branches. Operations without a vector
 //! instruction go through an array, lane by lane.
 
-mod abreast;
+mod simd_tables;
 
 use super::Real;
-use crate::plan::layout::ABREAST;
-pub use abreast::Abreast;
-use abreast::{Places, Row, Rows, WIDEST};
+use crate::plan::layout::COLUMNS_PER_LOAD;
+pub use simd_tables::SimdTables;
+use simd_tables::{MAX_LANES, RowOffsets, TableRow, TableRows};
 use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -19,21 +19,21 @@ macro_rules! lanes {
         $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr, $bits:ident, $unbits:ident
     ) => {
         $(#[$doc])*
-        pub struct $lanes<S: Abreast>(S::$vector);
+        pub struct $lanes<S: SimdTables>(S::$vector);
 
-        impl<S: Abreast> Clone for $lanes<S> {
+        impl<S: SimdTables> Clone for $lanes<S> {
             #[inline(always)]
             fn clone(&self) -> Self {
                 *self
             }
         }
 
-        impl<S: Abreast> Copy for $lanes<S> {}
+        impl<S: SimdTables> Copy for $lanes<S> {}
 
-        impl<S: Abreast> $lanes<S> {
+        impl<S: SimdTables> $lanes<S> {
             #[inline(always)]
-            fn array(self) -> [$real; WIDEST] {
-                let mut array = [0.0; WIDEST];
+            fn array(self) -> [$real; MAX_LANES] {
+                let mut array = [0.0; MAX_LANES];
                 self.0.copy_to_slice(&mut array);
                 array
             }
@@ -41,7 +41,7 @@ macro_rules! lanes {
             #[inline(always)]
             fn gathered(lane: impl FnMut(usize) -> $real) -> Self {
                 let mut lane = lane;
-                let mut array = [0.0; WIDEST];
+                let mut array = [0.0; MAX_LANES];
                 for l in 0..S::$vector::WIDTH {
                     array[l] = lane(l);
                 }
@@ -54,7 +54,7 @@ macro_rules! lanes {
         lanes!(operator $lanes, Mul, mul);
         lanes!(operator $lanes, Div, div);
 
-        impl<S: Abreast> Neg for $lanes<S> {
+        impl<S: SimdTables> Neg for $lanes<S> {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
@@ -62,21 +62,21 @@ macro_rules! lanes {
             }
         }
 
-        impl<S: Abreast> Real for $lanes<S> {
+        impl<S: SimdTables> Real for $lanes<S> {
             type Scalar = $real;
-            type Still = Self;
-            type Place = Places<$max_lanes>;
-            type Rows<'p, 'a> = Rows<'p, 'a, $real, $max_lanes>;
-            type Row<'a> = Row<'a, $real, $max_lanes>;
+            type Constant = Self;
+            type RowOffset = RowOffsets<$max_lanes>;
+            type TableRows<'p, 'a> = TableRows<'p, 'a, $real, $max_lanes>;
+            type TableRow<'a> = TableRow<'a, $real, $max_lanes>;
             const LANES: usize = S::$vector::WIDTH;
-            const DIGITS: u32 = $mantissa_bits;
+            const MANTISSA_BITS: u32 = $mantissa_bits;
 
             #[inline(always)]
             fn scalar(value: f64) -> $real {
                 value as $real
             }
             #[inline(always)]
-            fn of(value: $real) -> Self {
+            fn splat(value: $real) -> Self {
                 Self(S::$vector::set1(value))
             }
             #[inline(always)]
@@ -96,7 +96,7 @@ macro_rules! lanes {
                 Self(self.0.min(other.0))
             }
             #[inline(always)]
-            fn settled(self, threshold: Self) -> Self {
+            fn flush_tiny(self, threshold: Self) -> Self {
                 // NaN compares false and stays.
                 if $flushes {
                     Self(self.0.abs().cmp_lt(threshold.0).blendv(self.0, S::$vector::zeroes()))
@@ -105,7 +105,7 @@ macro_rules! lanes {
                 }
             }
             #[inline(always)]
-            fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+            fn sub_mul_flushed(self, factor: Self, before: Self, threshold: Self) -> Self {
                 let difference = self - factor * before;
                 if $flushes {
                     Self(before.0.abs().cmp_lt(threshold.0).blendv(difference.0, self.0))
@@ -118,25 +118,25 @@ macro_rules! lanes {
                 Self(self.0.sqrt())
             }
             #[inline(always)]
-            fn reached(self, threshold: Self) -> Self {
+            fn ge_mask(self, threshold: Self) -> Self {
                 Self(self.0.cmp_gte(threshold.0) & S::$vector::set1(1.0))
             }
             #[inline(always)]
-            fn any(self) -> bool {
+            fn any_nonzero(self) -> bool {
                 S::$any_nonzero(self.0)
             }
             #[inline(always)]
-            fn nearest(self) -> Self {
+            fn round_ties_even(self) -> Self {
                 Self((self.0 + S::$vector::set1($rounding_magic)) - S::$vector::set1($rounding_magic))
             }
             #[inline(always)]
-            fn two_to(self) -> Self {
+            fn power_of_two(self) -> Self {
                 Self(((self.0 + S::$vector::set1($rounding_magic + $bias)).$bits() << $mantissa_bits).$unbits())
             }
             #[inline(always)]
-            fn twos(self) -> Self {
+            fn exponent(self) -> Self {
                 let array = self.array();
-                Self::gathered(|lane| Real::twos(array[lane]))
+                Self::gathered(|lane| Real::exponent(array[lane]))
             }
             #[inline(always)]
             fn mantissa(self) -> Self {
@@ -144,17 +144,17 @@ macro_rules! lanes {
                 Self::gathered(|lane| Real::mantissa(array[lane]))
             }
             #[inline(always)]
-            fn floor(self, max: u32) -> Self {
+            fn floor_clamped(self, max: u32) -> Self {
                 Self(self.0.max(S::$vector::zeroes()).min(S::$vector::set1(max as $real)).floor())
             }
             #[inline(always)]
-            fn rows<'p, 'a>(
-                offsets: &'p mut [Places<$max_lanes>],
+            fn table_rows<'p, 'a>(
+                offsets: &'p mut [RowOffsets<$max_lanes>],
                 table: &'a [$real],
                 columns: usize,
                 mut row_number: impl FnMut(usize) -> Self,
-            ) -> Self::Rows<'p, 'a> {
-                Rows::new(
+            ) -> Self::TableRows<'p, 'a> {
+                TableRows::new(
                     offsets,
                     table,
                     columns,
@@ -163,25 +163,25 @@ macro_rules! lanes {
                 )
             }
             #[inline(always)]
-            fn row<'a>(rows: Self::Rows<'_, 'a>, i: usize) -> Self::Row<'a> {
+            fn table_row<'a>(rows: Self::TableRows<'_, 'a>, i: usize) -> Self::TableRow<'a> {
                 rows.row(i, Self::LANES)
             }
             #[inline(always)]
-            fn four(row: Self::Row<'_>, group: usize) -> [Self; ABREAST] {
+            fn column_group(row: Self::TableRow<'_>, group: usize) -> [Self; COLUMNS_PER_LOAD] {
                 S::$column_group(row, group).map(Self)
             }
             #[inline(always)]
-            fn within(self, span: f32, mut outside: impl FnMut(usize)) {
+            fn for_lanes_outside(self, span: f32, mut outside: impl FnMut(usize)) {
                 let inside = self.0.cmp_gte(S::$vector::zeroes()) & self.0.cmp_lte(S::$vector::set1(span.into()));
                 if (inside & S::$vector::set1(1.0)).horizontal_add() != Self::LANES as $real {
                     let array = self.array();
-                    (0..Self::LANES).for_each(|lane| Real::within(array[lane], span, |_| outside(lane)));
+                    (0..Self::LANES).for_each(|lane| Real::for_lanes_outside(array[lane], span, |_| outside(lane)));
                 }
             }
         }
     };
     (operator $lanes:ident, $trait:ident, $method:ident) => {
-        impl<S: Abreast> $trait for $lanes<S> {
+        impl<S: SimdTables> $trait for $lanes<S> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -193,11 +193,11 @@ macro_rules! lanes {
 
 lanes!(
     /// Members in f64.
-    Doubles, f64, Vf64, 8, places_f64, four_f64, any_f64,
+    F64Lanes, f64, Vf64, 8, row_offsets_f64, column_group_f64, any_nonzero_f64,
     false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
 );
 lanes!(
     /// Members in f32.
-    Singles, f32, Vf32, 16, places_f32, four_f32, any_f32,
+    F32Lanes, f32, Vf32, 16, row_offsets_f32, column_group_f32, any_nonzero_f32,
     true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
 );

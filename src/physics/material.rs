@@ -1,9 +1,9 @@
 //! Properties of a ply scaled by one member's factors, and conductance between nodes.
 
 use super::Real;
-use super::compensated::keep;
-use super::table::{Segment, Spot, value};
-use crate::plan::layout::{Bulk, Conduction, Ply, Substance, TABLE_NODES};
+use super::compensated::opaque;
+use super::table::{TableIndex, TableSegment, interpolate};
+use crate::plan::layout::{BulkProperties, ConductivityColumns, Ply, StateProperties, TABLE_NODES};
 
 /// Factors of one member on a ply. A thickness factor f stretches the ply; on the unstretched grid that is conductivity
 /// over f and heat capacity times f.
@@ -30,13 +30,13 @@ pub struct PlyScale<R> {
 
 /// Factors on the parts of a conductivity.
 #[derive(Clone, Copy)]
-pub struct Parts<R> {
+pub struct ConductivityParts<R> {
     pub solid: R,
     pub gas: R,
     pub radiative: R,
 }
 
-impl<R: Real> Parts<R> {
+impl<R: Real> ConductivityParts<R> {
     /// Multiplies the first `parts` parts; the others stay.
     #[inline(always)]
     pub fn times(self, factor: R, parts: usize) -> Self {
@@ -69,35 +69,35 @@ impl<R: Real> Parts<R> {
 pub struct StateScale<R> {
     /// Contribution to the conductivity of a mixture; times the mass ratio where properties mix by mass. If extinction
     /// follows density, the factor on density divides the radiative part.
-    pub conductivity: Parts<R>,
+    pub conductivity: ConductivityParts<R>,
     /// Mass ratio to the virgin material, at full replacement.
     pub remains: R,
     /// Enthalpy per virgin mass over that of the table rows read, and formation enthalpy, J/kg.
-    pub stores: R,
+    pub enthalpy_scale: R,
     pub formation_j_kg: R,
 }
 
 /// Position of a pressure among the table levels: the level below and the fraction towards the next.
 #[derive(Clone, Copy)]
-pub struct Level<R: Real> {
-    pub under: R::Still,
-    pub share: R,
+pub struct PressureIndex<R: Real> {
+    pub level_below: R::Constant,
+    pub fraction: R,
 }
 
 /// The factors on a ply from a member's columns.
 #[inline(always)]
 pub fn ply_scale<R: Real>(
     ply: &Ply<u32>,
-    bulk: Bulk<R::Scalar>,
-    char: Substance<R::Scalar>,
+    bulk: BulkProperties<R::Scalar>,
+    char: StateProperties<R::Scalar>,
     column: impl Fn(u32) -> R,
 ) -> PlyScale<R> {
     let thickness = column(ply.thickness);
-    let density = R::of(bulk.density_kg_m3) * column(ply.density);
-    let one = R::constant(1.0);
-    let remains = R::of(char.remains);
+    let density = R::splat(bulk.density_kg_m3) * column(ply.density);
+    let one = R::from_f64(1.0);
+    let remains = R::splat(char.remains);
     // Inert plies lose no mass: avoids 0/0.
-    let least = R::constant(1e-6);
+    let least = R::from_f64(1e-6);
     let loss = (one - column(ply.char_yield) * remains) / (one - remains).max(least);
     PlyScale {
         density_kg_m3: density * column(ply.heat_capacity) * thickness,
@@ -110,47 +110,47 @@ pub fn ply_scale<R: Real>(
         loss,
         per_loss: one / (loss * (one - remains)).max(least),
         permeability: column(ply.permeability) / thickness,
-        holder_w_m3_k: R::of(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
+        holder_w_m3_k: R::splat(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
     }
 }
 
 /// The factors on a state of a ply from a member's columns.
 #[inline(always)]
 pub fn state_scale<R: Real>(
-    row: &Conduction<u32>,
-    substance: Substance<R::Scalar>,
-    bulk: Bulk<R::Scalar>,
+    row: &ConductivityColumns<u32>,
+    substance: StateProperties<R::Scalar>,
+    bulk: BulkProperties<R::Scalar>,
     ply: PlyScale<R>,
     column: impl Fn(u32) -> R,
 ) -> StateScale<R> {
-    let one = R::constant(1.0);
-    let remains = keep(one - ply.loss * (one - R::of(substance.remains)));
+    let one = R::from_f64(1.0);
+    let remains = opaque(one - ply.loss * (one - R::splat(substance.remains)));
     let weight = if bulk.by_volume == R::scalar(1.0) { one } else { remains };
-    let whole = weight * (R::of(substance.conductivity) * column(row.whole) / ply.thickness);
+    let whole = weight * (R::splat(substance.conductivity) * column(row.whole) / ply.thickness);
     StateScale {
-        conductivity: Parts {
+        conductivity: ConductivityParts {
             solid: whole * column(row.solid),
             gas: whole * column(row.gas),
             radiative: whole * column(row.radiative) / column(row.extinction),
         },
         remains,
-        stores: remains * (ply.heat_capacity * R::of(substance.heat_capacity)),
-        formation_j_kg: remains * R::of(substance.formation_j_kg),
+        enthalpy_scale: remains * (ply.heat_capacity * R::splat(substance.heat_capacity)),
+        formation_j_kg: remains * R::splat(substance.formation_j_kg),
     }
 }
 
 /// The table index in the rows of the pressure level below, and of the next level.
 #[inline(always)]
-pub fn levelled<R: Real>(at: Spot<R>, pressure: Level<R>) -> [Spot<R>; 2] {
-    let nodes = R::fixed(TABLE_NODES as f64);
-    let under = pressure.under * nodes + at.row;
-    [Spot { row: under, share: at.share }, Spot { row: under + nodes, share: at.share }]
+pub fn at_pressure_levels<R: Real>(at: TableIndex<R>, pressure: PressureIndex<R>) -> [TableIndex<R>; 2] {
+    let nodes = R::constant_from_f64(TABLE_NODES as f64);
+    let under = pressure.level_below * nodes + at.row;
+    [TableIndex { row: under, fraction: at.fraction }, TableIndex { row: under + nodes, fraction: at.fraction }]
 }
 
 /// Scaled properties of a state of a ply at a temperature: conductivity (W/m/K), its slope (W/m/K²), and heat capacity
 /// (J/kg/K).
 #[derive(Clone, Copy)]
-pub struct Solid<R> {
+pub struct SolidProperties<R> {
     pub conductivity: R,
     pub slope: R,
     pub heat_capacity: R,
@@ -158,25 +158,30 @@ pub struct Solid<R> {
 
 /// Properties of a state from its table row and its conductivity factors; the slope is zero unless asked for.
 #[inline(always)]
-pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: Parts<R>, with_slope: bool) -> Solid<R> {
-    let mut conductivity = scale.solid * value(here, 0);
-    let mut slope = R::constant(0.0);
+pub fn solid_properties<R: Real>(
+    here: TableSegment<'_, R>,
+    parts: usize,
+    scale: ConductivityParts<R>,
+    with_slope: bool,
+) -> SolidProperties<R> {
+    let mut conductivity = scale.solid * interpolate(here, 0);
+    let mut slope = R::from_f64(0.0);
     if with_slope {
-        slope = scale.solid * value(here, 2);
+        slope = scale.solid * interpolate(here, 2);
     }
     if parts > 1 {
         if parts == 3 {
-            conductivity = conductivity + scale.gas * value(here, 6);
+            conductivity = conductivity + scale.gas * interpolate(here, 6);
         }
-        conductivity = conductivity + scale.radiative * value(here, 4);
+        conductivity = conductivity + scale.radiative * interpolate(here, 4);
         if with_slope {
             if parts == 3 {
-                slope = slope + scale.gas * value(here, 7);
+                slope = slope + scale.gas * interpolate(here, 7);
             }
-            slope = slope + scale.radiative * value(here, 5);
+            slope = slope + scale.radiative * interpolate(here, 5);
         }
     }
-    Solid { conductivity, slope, heat_capacity: value(here, 1) }
+    SolidProperties { conductivity, slope, heat_capacity: interpolate(here, 1) }
 }
 
 /// Conductance between neighbouring nodes of one ply, W/m²/K.
@@ -184,7 +189,7 @@ pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: Parts<R>, with_
 /// The arithmetic mean is exact for a conductivity linear in temperature, and lets a front enter cold material of
 /// vanishing conductivity, where the harmonic mean would stall it.
 #[inline(always)]
-pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m: R::Still) -> R {
+pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m: R::Constant) -> R {
     (conductivity + next) * half_over_next_1_m
 }
 
@@ -192,9 +197,9 @@ pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m:
 #[inline(always)]
 pub fn conductance_across<R: Real>(
     conductivity: R,
-    below_m: R::Still,
+    below_m: R::Constant,
     next: R,
-    above_m: R::Still,
+    above_m: R::Constant,
     contact_m2_k_w: R,
 ) -> R {
     let both = conductivity * next;
@@ -204,7 +209,7 @@ pub fn conductance_across<R: Real>(
 /// Slope of the conductance across an interface by a node's conductivity, 1/m: `G² l/k²`. Within a ply it is half over
 /// the distance.
 #[inline(always)]
-pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R::Still) -> R {
+pub fn conductance_slope_across<R: Real>(conductance: R, conductivity: R, length_m: R::Constant) -> R {
     let share = conductance / conductivity;
     share * share * length_m
 }
@@ -215,6 +220,6 @@ pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R::Still)
 /// no pivot vanishes.
 #[inline(always)]
 pub fn flux_slopes<R: Real>(conductance: R, conductivity_slopes: [R; 2]) -> [R; 2] {
-    let zero = R::constant(0.0);
+    let zero = R::from_f64(0.0);
     [(conductance + conductivity_slopes[0]).max(zero), (conductance - conductivity_slopes[1]).max(zero)]
 }

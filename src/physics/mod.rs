@@ -4,32 +4,32 @@
 //! same functions in the same order and do the same operations in the same order. Loops therefore run over indices, as
 //! in the shader.
 
-mod carrying;
 pub mod compensated;
-mod conducting;
+mod conduction;
+mod darcy_flow;
 pub mod decomposition;
 pub mod dual;
 mod energy;
 pub mod exponential;
-pub mod faces;
-mod flowing;
 pub mod gas;
+mod gas_advection;
 mod gauges;
 pub mod holder;
 pub mod lanes;
 pub mod material;
 pub mod member;
-mod mixing;
-mod reacting;
-pub mod reading;
+mod mixture;
+mod pyrolysis;
 mod sensors;
 mod state;
 pub mod step;
+pub mod surface_flux;
 mod system;
 pub mod table;
+pub mod thermocouple;
 pub mod tridiagonal;
 
-use crate::plan::layout::ABREAST;
+use crate::plan::layout::COLUMNS_PER_LOAD;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// γ of the time scheme, 1 − 1/√2: see [`step`].
@@ -44,16 +44,16 @@ pub const TWINS: &[&str] = &[
     "material",
     "decomposition",
     "gas",
-    "faces",
+    "surface_flux",
     "tridiagonal",
-    "reading",
+    "thermocouple",
     "member",
-    "mixing",
+    "mixture",
     "holder",
-    "reacting",
-    "flowing",
-    "carrying",
-    "conducting",
+    "pyrolysis",
+    "darcy_flow",
+    "gas_advection",
+    "conduction",
     "system",
     "sensors",
     "gauges",
@@ -69,29 +69,29 @@ pub(crate) fn constants() -> Vec<(String, f64)> {
         ("LN_2", std::f64::consts::LN_2),
         ("LN_2_HIGH", exponential::LN_2_HIGH),
         ("LN_2_LOW", exponential::LN_2_LOW),
-        ("EXP_ARGUMENT_MAX", exponential::LARGEST),
-        ("STEFAN_BOLTZMANN", faces::STEFAN_BOLTZMANN),
-        ("FLUSH_THRESHOLD", tridiagonal::LEAST),
-        ("DAMPING_SHARE", reacting::EASE),
-        ("REACTANT_MIN", reacting::LEAST_LEFT),
-        ("PRESSURE_GAMMA", flowing::PRESSURE_GAMMA),
-        ("CONDUCTANCE_MIN", flowing::LEAST_PASSING),
-        ("VIRGIN_CONVERSION", gauges::VIRGIN_LOST),
-        ("CHAR_CONVERSION", gauges::CHAR_LOST),
+        ("EXP_ARGUMENT_MAX", exponential::EXP_ARGUMENT_MAX),
+        ("STEFAN_BOLTZMANN", surface_flux::STEFAN_BOLTZMANN),
+        ("FLUSH_THRESHOLD", tridiagonal::FLUSH_THRESHOLD),
+        ("DAMPING_SHARE", pyrolysis::DAMPING_SHARE),
+        ("REACTANT_MIN", pyrolysis::REACTANT_MIN),
+        ("PRESSURE_GAMMA", darcy_flow::PRESSURE_GAMMA),
+        ("CONDUCTANCE_MIN", darcy_flow::CONDUCTANCE_MIN),
+        ("VIRGIN_CONVERSION", gauges::VIRGIN_CONVERSION),
+        ("CHAR_CONVERSION", gauges::CHAR_CONVERSION),
         ("VIRGIN_LOG_ODDS", gauges::VIRGIN_LOG_ODDS),
         ("CHAR_LOG_ODDS", gauges::CHAR_LOG_ODDS),
-        ("CONVERSION_MIN", gauges::CONVERSION_LEAST),
+        ("CONVERSION_MIN", gauges::CONVERSION_MIN),
         ("GAMMA", GAMMA),
-        ("DIVERGENCE_MARGIN_K", f64::from(step::STRAY_MARGIN_K)),
-        ("DIVERGENCE_SPAN_K", f64::from(step::STRAY_SPAN_K)),
+        ("DIVERGENCE_MARGIN_K", f64::from(step::DIVERGENCE_MARGIN_K)),
+        ("DIVERGENCE_SPAN_K", f64::from(step::DIVERGENCE_SPAN_K)),
     ];
     let coefficients = |name: &str, series: &[f64]| {
         let named = series.iter().enumerate().map(|(power, &term)| (format!("{name}_{power}"), term));
         named.collect::<Vec<_>>()
     };
     let mut all: Vec<_> = named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    all.extend(coefficients("SERIES_F64", &exponential::SERIES));
-    all.extend(coefficients("SERIES_F32", &exponential::SHORT_SERIES));
+    all.extend(coefficients("SERIES_F64", &exponential::SERIES_F64));
+    all.extend(coefficients("SERIES_F32", &exponential::SERIES_F32));
     all
 }
 
@@ -105,37 +105,37 @@ pub trait Real:
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
-    + Add<<Self as Real>::Still, Output = Self>
-    + Sub<<Self as Real>::Still, Output = Self>
-    + Mul<<Self as Real>::Still, Output = Self>
+    + Add<<Self as Real>::Constant, Output = Self>
+    + Sub<<Self as Real>::Constant, Output = Self>
+    + Mul<<Self as Real>::Constant, Output = Self>
 {
     /// The scalar of a plan's rows.
     type Scalar: Copy + PartialEq + Send + Sync;
     /// A number that no factor changes, such as those of rows and tables. Multiplying a dual number by one costs half a
     /// product of two dual numbers. Other number types are their own `Constant`.
-    type Still: Real<Scalar = Self::Scalar, Still = Self::Still>;
+    type Constant: Real<Scalar = Self::Scalar, Constant = Self::Constant>;
     /// Offset of the table row of each lane.
-    type Place: Copy + Default + Send + Sync;
+    type RowOffset: Copy + Default + Send + Sync;
     /// Table rows at given offsets.
-    type Rows<'p, 'a>: Copy;
+    type TableRows<'p, 'a>: Copy;
     /// One table row a lane.
-    type Row<'a>: Copy;
+    type TableRow<'a>: Copy;
     /// Members marched at once.
     const LANES: usize;
     /// Mantissa bits, without the leading one.
-    const DIGITS: u32;
+    const MANTISSA_BITS: u32;
 
     fn scalar(value: f64) -> Self::Scalar;
     /// The same value in every lane.
-    fn of(value: Self::Scalar) -> Self;
-    fn constant(value: f64) -> Self {
-        Self::of(Self::scalar(value))
+    fn splat(value: Self::Scalar) -> Self;
+    fn from_f64(value: f64) -> Self {
+        Self::splat(Self::scalar(value))
     }
-    fn still(value: Self::Scalar) -> Self::Still {
-        Self::Still::of(value)
+    fn constant(value: Self::Scalar) -> Self::Constant {
+        Self::Constant::splat(value)
     }
-    fn fixed(value: f64) -> Self::Still {
-        Self::Still::constant(value)
+    fn constant_from_f64(value: f64) -> Self::Constant {
+        Self::Constant::from_f64(value)
     }
     fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self;
     /// The value of one lane.
@@ -143,56 +143,56 @@ pub trait Real:
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
     /// Zero if |self| < `threshold` in f32; the value itself in f64.
-    fn settled(self, threshold: Self) -> Self;
+    fn flush_tiny(self, threshold: Self) -> Self;
     /// `self − factor × before`, with `before` flushed as by [`flush_tiny`](Self::flush_tiny).
-    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self;
+    fn sub_mul_flushed(self, factor: Self, before: Self, threshold: Self) -> Self;
     fn sqrt(self) -> Self;
     /// One if self ≥ `threshold`, else zero.
-    fn reached(self, threshold: Self) -> Self;
+    fn ge_mask(self, threshold: Self) -> Self;
     /// Whether any lane is not zero.
-    fn any(self) -> bool;
+    fn any_nonzero(self) -> bool;
     /// Rounds to the nearest integer, ties to even.
-    fn nearest(self) -> Self;
+    fn round_ties_even(self) -> Self;
     /// 2ⁿ of an integer n within ±126.
-    fn two_to(self) -> Self;
+    fn power_of_two(self) -> Self;
     /// Binary exponent of a positive number, in f32.
-    fn twos(self) -> Self;
+    fn exponent(self) -> Self;
     /// Mantissa of a positive number, in f32: from one to two.
     fn mantissa(self) -> Self;
     /// Largest integer not above the value, clamped to 0…`max`.
-    fn floor(self, max: u32) -> Self::Still;
+    fn floor_clamped(self, max: u32) -> Self::Constant;
     /// Rows of a table with `columns` columns, by the row number of each; stores their offsets in `offsets`.
-    fn rows<'p, 'a>(
-        offsets: &'p mut [Self::Place],
+    fn table_rows<'p, 'a>(
+        offsets: &'p mut [Self::RowOffset],
         table: &'a [Self::Scalar],
         columns: usize,
-        row_number: impl FnMut(usize) -> Self::Still,
-    ) -> Self::Rows<'p, 'a>;
+        row_number: impl FnMut(usize) -> Self::Constant,
+    ) -> Self::TableRows<'p, 'a>;
     /// Row `i`.
-    fn row<'a>(rows: Self::Rows<'_, 'a>, i: usize) -> Self::Row<'a>;
+    fn table_row<'a>(rows: Self::TableRows<'_, 'a>, i: usize) -> Self::TableRow<'a>;
     /// One group of `COLUMNS_PER_LOAD` columns of a row.
-    fn four(row: Self::Row<'_>, group: usize) -> [Self::Still; ABREAST];
+    fn column_group(row: Self::TableRow<'_>, group: usize) -> [Self::Constant; COLUMNS_PER_LOAD];
     /// Calls `outside` for each lane outside 0…`span`. Compares bits, so that NaN is outside.
-    fn within(self, span: f32, outside: impl FnMut(usize));
+    fn for_lanes_outside(self, span: f32, outside: impl FnMut(usize));
 }
 
 macro_rules! scalar {
     ($real:ty, $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr) => {
         impl Real for $real {
             type Scalar = $real;
-            type Still = $real;
-            type Place = usize;
-            type Rows<'p, 'a> = (&'p [usize], &'a [$real], usize);
-            type Row<'a> = &'a [$real];
+            type Constant = $real;
+            type RowOffset = usize;
+            type TableRows<'p, 'a> = (&'p [usize], &'a [$real], usize);
+            type TableRow<'a> = &'a [$real];
             const LANES: usize = 1;
-            const DIGITS: u32 = $mantissa_bits;
+            const MANTISSA_BITS: u32 = $mantissa_bits;
 
             #[inline(always)]
             fn scalar(value: f64) -> $real {
                 value as $real
             }
             #[inline(always)]
-            fn of(value: $real) -> Self {
+            fn splat(value: $real) -> Self {
                 value
             }
             #[inline(always)]
@@ -212,11 +212,11 @@ macro_rules! scalar {
                 if self < other { self } else { other }
             }
             #[inline(always)]
-            fn settled(self, threshold: Self) -> Self {
+            fn flush_tiny(self, threshold: Self) -> Self {
                 if $flushes && self.abs() < threshold { 0.0 } else { self }
             }
             #[inline(always)]
-            fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+            fn sub_mul_flushed(self, factor: Self, before: Self, threshold: Self) -> Self {
                 if $flushes && before.abs() < threshold { self } else { self - factor * before }
             }
             #[inline(always)]
@@ -224,24 +224,24 @@ macro_rules! scalar {
                 <$real>::sqrt(self)
             }
             #[inline(always)]
-            fn reached(self, threshold: Self) -> Self {
+            fn ge_mask(self, threshold: Self) -> Self {
                 if self >= threshold { 1.0 } else { 0.0 }
             }
             #[inline(always)]
-            fn any(self) -> bool {
+            fn any_nonzero(self) -> bool {
                 self != 0.0
             }
             #[inline(always)]
-            fn nearest(self) -> Self {
+            fn round_ties_even(self) -> Self {
                 (self + $rounding_magic) - $rounding_magic
             }
             #[inline(always)]
-            fn two_to(self) -> Self {
+            fn power_of_two(self) -> Self {
                 // The low bits of the sum are the biased exponent.
                 <$real>::from_bits((self + ($rounding_magic + $bias)).to_bits() << $mantissa_bits)
             }
             #[inline(always)]
-            fn twos(self) -> Self {
+            fn exponent(self) -> Self {
                 (((self as f32).to_bits() >> 23) as i32 - 127) as $real
             }
             #[inline(always)]
@@ -249,20 +249,20 @@ macro_rules! scalar {
                 f32::from_bits((self as f32).to_bits() & 0x007f_ffff | 0x3f80_0000).into()
             }
             #[inline(always)]
-            fn floor(self, max: u32) -> Self {
+            fn floor_clamped(self, max: u32) -> Self {
                 // NaN becomes zero. A conversion to an integer and back would take longer than the rest of the table
                 // look-up.
                 let inside = Real::min(Real::max(self, 0.0), max as $real);
-                let nearest = inside.nearest();
+                let nearest = inside.round_ties_even();
                 if nearest > inside { nearest - 1.0 } else { nearest }
             }
             #[inline(always)]
-            fn rows<'p, 'a>(
+            fn table_rows<'p, 'a>(
                 offsets: &'p mut [usize],
                 table: &'a [$real],
                 columns: usize,
                 mut row_number: impl FnMut(usize) -> $real,
-            ) -> Self::Rows<'p, 'a> {
+            ) -> Self::TableRows<'p, 'a> {
                 for (i, offset) in offsets.iter_mut().enumerate() {
                     // The low 22 bits of the sum are the integer.
                     *offset = columns * ((row_number(i) + $rounding_magic).to_bits() as usize & 0x003f_ffff);
@@ -270,15 +270,15 @@ macro_rules! scalar {
                 (offsets, table, columns)
             }
             #[inline(always)]
-            fn row<'a>((offsets, table, columns): Self::Rows<'_, 'a>, i: usize) -> &'a [$real] {
+            fn table_row<'a>((offsets, table, columns): Self::TableRows<'_, 'a>, i: usize) -> &'a [$real] {
                 &table[offsets[i]..offsets[i] + columns]
             }
             #[inline(always)]
-            fn four(row: &[$real], group: usize) -> [Self; ABREAST] {
+            fn column_group(row: &[$real], group: usize) -> [Self; COLUMNS_PER_LOAD] {
                 row.as_chunks().0[group]
             }
             #[inline(always)]
-            fn within(self, span: f32, mut outside: impl FnMut(usize)) {
+            fn for_lanes_outside(self, span: f32, mut outside: impl FnMut(usize)) {
                 if (self as f32).to_bits() > span.to_bits() {
                     outside(0);
                 }

@@ -1,31 +1,31 @@
 //! Sensors of a member: temperatures between nodes, and the lag of thermocouple beads.
 
 use super::Real;
-use super::compensated::{Pair, difference, raised};
+use super::compensated::{DoubleWord, add_unnormalized, difference};
 use super::material::{conductance_across, conductance_within};
 use super::member::Member;
-use super::reading::{covered, followed, reading};
+use super::thermocouple::{bead_response, covered_length, interface_temperature};
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Temperature at a sensor's nominal or shifted depth.
     #[inline(always)]
-    pub(super) fn read_sensor(&self, sensor: usize, step: usize) -> Pair<R> {
-        let (location, cells) = (self.plan.places[sensor], &self.rows.cells);
+    pub(super) fn read_sensor(&self, sensor: usize, step: usize) -> DoubleWord<R> {
+        let (location, cells) = (self.plan.sensor_locations[sensor], &self.rows.cells);
         let (i, ply) = (location.cell as usize, location.ply_above as usize);
         let conductivity = self.conductivity_now(ply, i, step);
         let next = self.conductivity_now(location.ply_below as usize, i + 1, step);
         let conductance = if location.ply_above == location.ply_below {
-            conductance_within(conductivity, next, R::still(cells[i].half_over_next_1_m))
+            conductance_within(conductivity, next, R::constant(cells[i].half_over_next_1_m))
         } else {
-            let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
+            let (below_m, above_m) = (R::constant(cells[i].below_m), R::constant(cells[i + 1].above_m));
             conductance_across(conductivity, below_m, next, above_m, self.scales.contacts_m2_k_w[ply])
         };
         let (here, below) = (self.thermal.temperatures[i], self.thermal.temperatures[i + 1]);
-        let nominal = reading(here, below, conductivity, next, conductance, self.rows.sensors[sensor]);
-        if self.plan.has_depths {
+        let nominal = interface_temperature(here, below, conductivity, next, conductance, self.rows.sensors[sensor]);
+        if self.plan.has_depth_factors {
             let flux = conductance * difference(here, below);
-            let displaced = self.displaced(sensor, flux / conductivity, flux / next);
-            return raised(nominal, displaced);
+            let displaced = self.depth_correction(sensor, flux / conductivity, flux / next);
+            return add_unnormalized(nominal, displaced);
         }
         nominal
     }
@@ -33,33 +33,34 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Change of a sensor's reading by its depth shift, K: along straight lines from its face to the nearest node, with
     /// the temperature falls above and below the face (K/m), then from node to node in the direction of the shift.
     #[inline(always)]
-    fn displaced(&self, sensor: usize, fall_above_k_m: R, fall_below_k_m: R) -> R {
-        let (location, sensor_row, cells) = (self.plan.places[sensor], self.rows.sensors[sensor], &self.rows.cells);
-        let zero = R::constant(0.0);
+    fn depth_correction(&self, sensor: usize, fall_above_k_m: R, fall_below_k_m: R) -> R {
+        let (location, sensor_row, cells) =
+            (self.plan.sensor_locations[sensor], self.rows.sensors[sensor], &self.rows.cells);
+        let zero = R::from_f64(0.0);
         let shift_m = self.scales.shifts_m[sensor];
         // On an outer face the node lies on the face, and all other nodes on one side.
         let is_inside = location.node_above < location.node_below;
-        let mut start_m = R::of(sensor_row.below_m);
+        let mut start_m = R::splat(sensor_row.below_m);
         let mut rise = zero;
         if is_inside {
-            rise = -(fall_below_k_m * covered(shift_m, zero, start_m, false));
+            rise = -(fall_below_k_m * covered_length(shift_m, zero, start_m, false));
         }
         for step in 0..location.steps_below as usize {
             let j = location.node_below as usize + step;
-            let length_m = R::of(cells[j].below_m) + R::of(cells[j + 1].above_m);
+            let length_m = R::splat(cells[j].below_m) + R::splat(cells[j + 1].above_m);
             let gain = difference(self.thermal.temperatures[j + 1], self.thermal.temperatures[j]) / length_m;
-            rise = rise + gain * covered(shift_m, start_m, length_m, !is_inside && step == 0);
+            rise = rise + gain * covered_length(shift_m, start_m, length_m, !is_inside && step == 0);
             start_m = start_m + length_m;
         }
-        start_m = R::of(sensor_row.above_m);
+        start_m = R::splat(sensor_row.above_m);
         if is_inside {
-            rise = rise + fall_above_k_m * covered(-shift_m, zero, start_m, false);
+            rise = rise + fall_above_k_m * covered_length(-shift_m, zero, start_m, false);
         }
         for step in 0..location.steps_above as usize {
             let j = location.node_above as usize - step;
-            let length_m = R::of(cells[j - 1].below_m) + R::of(cells[j].above_m);
+            let length_m = R::splat(cells[j - 1].below_m) + R::splat(cells[j].above_m);
             let gain = difference(self.thermal.temperatures[j - 1], self.thermal.temperatures[j]) / length_m;
-            rise = rise + gain * covered(-shift_m, start_m, length_m, !is_inside && step == 0);
+            rise = rise + gain * covered_length(-shift_m, start_m, length_m, !is_inside && step == 0);
             start_m = start_m + length_m;
         }
         rise
@@ -67,7 +68,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
     /// Reads the sensors at the start of a step, and lets the beads follow over the step before.
     #[inline(always)]
-    pub(super) fn look(&mut self, step: usize) {
+    pub(super) fn update_sensors(&mut self, step: usize) {
         let sensors = self.sensors.beads.len();
         for sensor in 0..sensors {
             let now = self.read_sensor(sensor, step);
@@ -76,7 +77,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             } else {
                 let weights = self.rows.beads[(step - 1) * sensors + sensor];
                 self.sensors.beads[sensor] =
-                    followed(self.sensors.beads[sensor], self.sensors.readings[sensor], now, weights);
+                    bead_response(self.sensors.beads[sensor], self.sensors.readings[sensor], now, weights);
             }
             self.sensors.readings[sensor] = now;
         }

@@ -1,12 +1,12 @@
 //! The state of one or several members: one struct for each part of the physics.
 
 use super::Real;
-use super::compensated::Pair;
-use super::faces::FaceScale;
-use super::gas::Porous;
+use super::compensated::DoubleWord;
+use super::gas::PoreState;
 use super::material::{PlyScale, StateScale};
-use crate::plan::layout::{Drive, HEATS};
-use crate::plan::{GasPath, Plan, layout::Rows};
+use super::surface_flux::FaceScale;
+use crate::plan::layout::{BoundaryForcing, HEAT_TOTALS};
+use crate::plan::{GasFlowModel, Plan, layout::PlanData};
 
 /// Factors of the member on plies, contacts, faces and sensors; constant over a march.
 pub(super) struct Scales<R: Real> {
@@ -23,7 +23,7 @@ pub(super) struct Scales<R: Real> {
 
 /// Properties of a cell at a stage.
 #[derive(Clone, Copy)]
-pub(super) struct Matter<R> {
+pub(super) struct CellProperties<R> {
     /// W/m/K, and at the first stage its slope, W/m/K².
     pub(super) conductivity: R,
     pub(super) slope: R,
@@ -33,13 +33,13 @@ pub(super) struct Matter<R> {
 
 /// Contribution of a face to the matrix row of its cell.
 #[derive(Clone, Copy)]
-pub(super) struct Edge<R: Real> {
+pub(super) struct BoundaryRow<R: Real> {
     /// One if the face is held at its schedule, else zero; and the rise of the schedule over the step, K.
-    pub(super) held: R::Still,
-    pub(super) rise_k: R::Still,
+    pub(super) held: R::Constant,
+    pub(super) rise_k: R::Constant,
     /// Heat flux from outside at this stage and γr, W/m²; γ times the slope of the heat flux, W/m²/K.
     pub(super) flux: R,
-    pub(super) driven: R,
+    pub(super) rhs_correction: R,
     pub(super) slope: R,
 }
 
@@ -49,166 +49,185 @@ pub(super) struct Edge<R: Real> {
 ///
 /// One struct a cell: separate columns need more base addresses than a processor has registers.
 #[derive(Clone, Copy)]
-pub(super) struct Eliminated<R> {
-    pub(super) under: R,
+pub(super) struct EliminatedRow<R> {
+    pub(super) lower_ratio: R,
     pub(super) reciprocal: R,
-    pub(super) over: R,
+    pub(super) upper_ratio: R,
     pub(super) capacity: R,
-    pub(super) second: R,
+    pub(super) rhs_or_increment: R,
 }
 
 /// Temperatures and the linear system of a step.
 pub(super) struct Thermal<R: Real> {
     /// Of each cell at the start of the step, K.
-    pub(super) temperatures: Vec<Pair<R>>,
-    pub(super) edges: [Edge<R>; 2],
+    pub(super) temperatures: Vec<DoubleWord<R>>,
+    pub(super) boundary_rows: [BoundaryRow<R>; 2],
     /// Heat conducted onwards by the cells of both faces at this stage, W/m², and −γ times its slopes by the cell's
     /// temperature and, negated, by that of its neighbour, W/m²/K.
-    pub(super) passed: [R; 2],
-    pub(super) passed_slopes: [[R; 2]; 2],
+    pub(super) face_conduction: [R; 2],
+    pub(super) face_conduction_slopes: [[R; 2]; 2],
     /// Table row offsets of the cells of the current ply, and the fractions towards the next rows.
-    pub(super) row_places: Vec<R::Place>,
-    pub(super) row_shares: Vec<R>,
+    pub(super) row_offsets: Vec<R::RowOffset>,
+    pub(super) row_fractions: Vec<R>,
     /// Of each cell at the stage last evaluated.
-    pub(super) matter: Vec<Matter<R>>,
-    pub(super) system: Vec<Eliminated<R>>,
+    pub(super) properties: Vec<CellProperties<R>>,
+    pub(super) system: Vec<EliminatedRow<R>>,
     /// Increment of each cell at the first stage, K.
-    pub(super) first: Vec<R>,
+    pub(super) first_increments: Vec<R>,
 }
 
 /// Sensor readings at the end of the last step, and temperatures of the lagging thermocouple beads, K.
-pub(super) struct Sensing<R> {
-    pub(super) readings: Vec<Pair<R>>,
-    pub(super) beads: Vec<Pair<R>>,
+pub(super) struct SensorState<R> {
+    pub(super) readings: Vec<DoubleWord<R>>,
+    pub(super) beads: Vec<DoubleWord<R>>,
 }
 
 /// Advancements of the reactions and their sources of gas and heat.
-pub(super) struct Reactions<R> {
+pub(super) struct ReactionState<R> {
     /// Cell × reaction.
-    pub(super) advancements: Vec<Pair<R>>,
+    pub(super) advancements: Vec<DoubleWord<R>>,
     /// Stage; cell × state: volume fraction.
     pub(super) phases: [Vec<R>; 2],
     /// Cell × state with table rows: enthalpy rise at the first stage (J/kg) and heat capacity (J/kg/K).
-    pub(super) risen: Vec<[R; 2]>,
+    pub(super) enthalpy_rises: Vec<[R; 2]>,
     /// Gas source of a cell (kg/m²/s) and heat absorbed by its reactions (W/m²): at the second stage, and mean of the
     /// last step.
-    pub(super) made: Vec<R>,
-    pub(super) absorbed: Vec<R>,
-    pub(super) made_mean: Vec<R>,
-    pub(super) absorbed_mean: Vec<R>,
+    pub(super) gas_source: Vec<R>,
+    pub(super) absorbed_heat: Vec<R>,
+    pub(super) mean_gas_source: Vec<R>,
+    pub(super) mean_absorbed_heat: Vec<R>,
     /// Slope of the heat absorbed by a cell's reactions, by its temperature, W/m²/K.
-    pub(super) restraints: Vec<R>,
+    pub(super) heat_slopes: Vec<R>,
     /// Heat released by reactions beyond the enthalpies they consume, at a stage: in total, and in the end cells, W/m².
-    pub(super) given: R,
-    pub(super) given_ends: [R; 2],
+    pub(super) released_heat: R,
+    pub(super) released_heat_ends: [R; 2],
 }
 
 /// Pyrolysis gas, for every flow model.
 pub(super) struct GasState<R> {
     /// Enthalpy of the gas in a cell (J/kg) and its slope (J/kg/K).
-    pub(super) gas_j_kg: Vec<R>,
-    pub(super) gas_rises: Vec<R>,
+    pub(super) enthalpies_j_kg: Vec<R>,
+    pub(super) heat_capacities: Vec<R>,
     /// Upward mass flux under each cell at a stage, and out of the hot face at each stage, kg/m²/s.
-    pub(super) flows: Vec<R>,
-    pub(super) leaving: [R; 2],
-    pub(super) back_leaving: R,
+    pub(super) mass_fluxes: Vec<R>,
+    pub(super) hot_outflow: [R; 2],
+    pub(super) back_outflow: R,
     /// Outflow through the hot face at this stage; means of the last two steps, kg/m²/s.
-    pub(super) outflow: R,
-    pub(super) recent: [R; 2],
+    pub(super) stage_outflow: R,
+    pub(super) recent_outflows: [R; 2],
 }
 
 /// Darcy flow: pressures and the linear system of their step.
 pub(super) struct DarcyState<R> {
     /// Pa, and their rates, Pa/s.
-    pub(super) pressures: Vec<Pair<R>>,
+    pub(super) pressures: Vec<DoubleWord<R>>,
     pub(super) pressure_rates: Vec<R>,
     /// Pores at the start of the step and at its end.
-    pub(super) pores: Vec<Porous<R>>,
-    pub(super) later: Vec<Porous<R>>,
+    pub(super) pores: Vec<PoreState<R>>,
+    pub(super) pores_at_end: Vec<PoreState<R>>,
     /// Mean fluxes of the last step, kg/m²/s.
-    pub(super) mean_flows: Vec<R>,
-    pub(super) mean_leaving: R,
+    pub(super) mean_mass_fluxes: Vec<R>,
+    pub(super) mean_hot_outflow: R,
     pub(super) supply: Vec<R>,
     /// Excess of the gas supply at the first stage over the mean; subtracted at the second.
-    pub(super) surges: Vec<R>,
-    pub(super) first_flows: Vec<R>,
+    pub(super) source_corrections: Vec<R>,
+    pub(super) first_stage_fluxes: Vec<R>,
     pub(super) slopes_above: Vec<R>,
     pub(super) slopes_below: Vec<R>,
-    pub(super) pressed_first: Vec<R>,
-    pub(super) pressed_second: Vec<R>,
+    pub(super) first_pressure_increments: Vec<R>,
+    pub(super) pressure_unknowns: Vec<R>,
     pub(super) pressure_lower: Vec<R>,
     pub(super) pressure_diagonal: Vec<R>,
     pub(super) pressure_upper: Vec<R>,
 }
 
 /// Sums over the march: heat, gas, temperature extremes.
-pub(super) struct Accounts<R> {
+pub(super) struct RunningSums<R> {
     /// Hot in, hot out, back in, back out, from the holder, to the holder, J/m².
-    pub(super) heat: [Pair<R>; HEATS],
+    pub(super) heat: [DoubleWord<R>; HEAT_TOTALS],
     pub(super) stored_j_m2: R,
     /// Coldest and hottest of each ply, K.
     pub(super) extremes_k: Vec<(R, R)>,
     /// The step on which each lane diverged.
-    pub(super) strayed: Vec<Option<usize>>,
+    pub(super) diverged: Vec<Option<usize>>,
     /// Gas through the faces, kg/m²; heat that left with it and heat released by reactions beyond enthalpies, J/m².
-    pub(super) gas_in: Pair<R>,
-    pub(super) gas_out: Pair<R>,
-    pub(super) gas_heat: Pair<R>,
-    pub(super) reaction_gain: Pair<R>,
+    pub(super) gas_in: DoubleWord<R>,
+    pub(super) gas_out: DoubleWord<R>,
+    pub(super) gas_heat: DoubleWord<R>,
+    pub(super) reaction_gain: DoubleWord<R>,
     /// Heat that leaves with the gas at the first stage, W/m².
-    pub(super) stage_heat: R,
+    pub(super) first_stage_gas_heat: R,
     /// Solid lost and gas stored since the start, kg/m².
     pub(super) lost_and_stored: [R; 2],
 }
 
 #[inline(always)]
-fn none<R: Real>() -> Pair<R> {
-    Pair { high: R::constant(0.0), low: R::constant(0.0) }
+fn zero_pair<R: Real>() -> DoubleWord<R> {
+    DoubleWord { high: R::from_f64(0.0), low: R::from_f64(0.0) }
 }
 
 impl<R: Real> Thermal<R> {
     #[inline(always)]
-    pub(super) fn start(rows: &Rows<R::Scalar>) -> Self {
-        let zero = R::constant(0.0);
+    pub(super) fn start(rows: &PlanData<R::Scalar>) -> Self {
+        let zero = R::from_f64(0.0);
         let cells = rows.cells.len();
         Self {
-            temperatures: rows.cells.iter().map(|cell| Pair { high: R::of(cell.start_k), low: zero }).collect(),
-            edges: [Edge { held: R::fixed(0.0), rise_k: R::fixed(0.0), flux: zero, driven: zero, slope: zero }; 2],
-            passed: [zero; 2],
-            passed_slopes: [[zero; 2]; 2],
-            row_places: vec![R::Place::default(); cells],
-            row_shares: vec![zero; cells],
-            matter: vec![Matter { conductivity: zero, slope: zero, capacity: zero }; cells],
-            system: vec![Eliminated { under: zero, reciprocal: zero, over: zero, capacity: zero, second: zero }; cells],
-            first: vec![zero; cells],
+            temperatures: rows
+                .cells
+                .iter()
+                .map(|cell| DoubleWord { high: R::splat(cell.start_k), low: zero })
+                .collect(),
+            boundary_rows: [BoundaryRow {
+                held: R::constant_from_f64(0.0),
+                rise_k: R::constant_from_f64(0.0),
+                flux: zero,
+                rhs_correction: zero,
+                slope: zero,
+            }; 2],
+            face_conduction: [zero; 2],
+            face_conduction_slopes: [[zero; 2]; 2],
+            row_offsets: vec![R::RowOffset::default(); cells],
+            row_fractions: vec![zero; cells],
+            properties: vec![CellProperties { conductivity: zero, slope: zero, capacity: zero }; cells],
+            system: vec![
+                EliminatedRow {
+                    lower_ratio: zero,
+                    reciprocal: zero,
+                    upper_ratio: zero,
+                    capacity: zero,
+                    rhs_or_increment: zero
+                };
+                cells
+            ],
+            first_increments: vec![zero; cells],
         }
     }
 }
 
-impl<R: Real> Sensing<R> {
+impl<R: Real> SensorState<R> {
     #[inline(always)]
     pub(super) fn start(sensors: usize) -> Self {
-        Self { readings: vec![none(); sensors], beads: vec![none(); sensors] }
+        Self { readings: vec![zero_pair(); sensors], beads: vec![zero_pair(); sensors] }
     }
 }
 
-impl<R: Real> Reactions<R> {
+impl<R: Real> ReactionState<R> {
     /// For this many cells with gas.
     #[inline(always)]
     pub(super) fn start(plan: &Plan, cells: usize) -> Self {
-        let zero = R::constant(0.0);
-        let is_virgin = |place: usize| R::constant(f64::from(u8::from(place.is_multiple_of(plan.states))));
+        let zero = R::from_f64(0.0);
+        let is_virgin = |place: usize| R::from_f64(f64::from(u8::from(place.is_multiple_of(plan.max_states))));
         Self {
-            advancements: vec![none(); plan.cells() * plan.reactions],
-            phases: [0, 1].map(|_| (0..cells * plan.states).map(is_virgin).collect()),
-            risen: vec![[zero; 2]; cells * plan.states],
-            made: vec![zero; cells],
-            absorbed: vec![zero; cells],
-            made_mean: vec![zero; cells],
-            absorbed_mean: vec![zero; cells],
-            restraints: vec![zero; cells],
-            given: zero,
-            given_ends: [zero; 2],
+            advancements: vec![zero_pair(); plan.cells() * plan.max_reactions],
+            phases: [0, 1].map(|_| (0..cells * plan.max_states).map(is_virgin).collect()),
+            enthalpy_rises: vec![[zero; 2]; cells * plan.max_states],
+            gas_source: vec![zero; cells],
+            absorbed_heat: vec![zero; cells],
+            mean_gas_source: vec![zero; cells],
+            mean_absorbed_heat: vec![zero; cells],
+            heat_slopes: vec![zero; cells],
+            released_heat: zero,
+            released_heat_ends: [zero; 2],
         }
     }
 }
@@ -217,15 +236,15 @@ impl<R: Real> GasState<R> {
     /// For this many cells with gas.
     #[inline(always)]
     pub(super) fn start(cells: usize) -> Self {
-        let zero = R::constant(0.0);
+        let zero = R::from_f64(0.0);
         Self {
-            gas_j_kg: vec![zero; cells],
-            gas_rises: vec![zero; cells],
-            flows: vec![zero; cells],
-            leaving: [zero; 2],
-            back_leaving: zero,
-            outflow: zero,
-            recent: [zero; 2],
+            enthalpies_j_kg: vec![zero; cells],
+            heat_capacities: vec![zero; cells],
+            mass_fluxes: vec![zero; cells],
+            hot_outflow: [zero; 2],
+            back_outflow: zero,
+            stage_outflow: zero,
+            recent_outflows: [zero; 2],
         }
     }
 }
@@ -233,24 +252,24 @@ impl<R: Real> GasState<R> {
 impl<R: Real> DarcyState<R> {
     /// At the pressure outside; empty without Darcy flow.
     #[inline(always)]
-    pub(super) fn start(plan: &Plan, outside: &Drive<R::Scalar>) -> Self {
-        let zero = R::constant(0.0);
-        let cells = if plan.gas == Some(GasPath::Darcy) { plan.cells() } else { 0 };
-        let sealed = Porous { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
+    pub(super) fn start(plan: &Plan, outside: &BoundaryForcing<R::Scalar>) -> Self {
+        let zero = R::from_f64(0.0);
+        let cells = if plan.gas == Some(GasFlowModel::Darcy) { plan.cells() } else { 0 };
+        let sealed = PoreState { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
         Self {
-            pressures: vec![Pair { high: R::of(outside.pressure_pa), low: zero }; cells],
+            pressures: vec![DoubleWord { high: R::splat(outside.pressure_pa), low: zero }; cells],
             pressure_rates: vec![zero; cells],
             pores: vec![sealed; cells],
-            later: vec![sealed; cells],
-            mean_flows: vec![zero; cells],
-            mean_leaving: zero,
+            pores_at_end: vec![sealed; cells],
+            mean_mass_fluxes: vec![zero; cells],
+            mean_hot_outflow: zero,
             supply: vec![zero; cells],
-            surges: vec![zero; cells],
-            first_flows: vec![zero; cells],
+            source_corrections: vec![zero; cells],
+            first_stage_fluxes: vec![zero; cells],
             slopes_above: vec![zero; cells],
             slopes_below: vec![zero; cells],
-            pressed_first: vec![zero; cells],
-            pressed_second: vec![zero; cells],
+            first_pressure_increments: vec![zero; cells],
+            pressure_unknowns: vec![zero; cells],
             pressure_lower: vec![zero; cells],
             pressure_diagonal: vec![zero; cells],
             pressure_upper: vec![zero; cells],
@@ -258,20 +277,20 @@ impl<R: Real> DarcyState<R> {
     }
 }
 
-impl<R: Real> Accounts<R> {
+impl<R: Real> RunningSums<R> {
     #[inline(always)]
     pub(super) fn start(plies: usize) -> Self {
-        let zero = R::constant(0.0);
+        let zero = R::from_f64(0.0);
         Self {
-            heat: [none(); HEATS],
+            heat: [zero_pair(); HEAT_TOTALS],
             stored_j_m2: zero,
-            extremes_k: vec![(R::constant(1e9), zero); plies],
-            strayed: vec![None; R::LANES],
-            gas_in: none(),
-            gas_out: none(),
-            gas_heat: none(),
-            reaction_gain: none(),
-            stage_heat: zero,
+            extremes_k: vec![(R::from_f64(1e9), zero); plies],
+            diverged: vec![None; R::LANES],
+            gas_in: zero_pair(),
+            gas_out: zero_pair(),
+            gas_heat: zero_pair(),
+            reaction_gain: zero_pair(),
+            first_stage_gas_heat: zero,
             lost_and_stored: [zero; 2],
         }
     }

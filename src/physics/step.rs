@@ -17,57 +17,58 @@
 //! space together (benches/README.md).
 
 use super::Real;
-use super::compensated::advanced;
+use super::compensated::add_compensated;
 use super::member::Member;
-use super::tridiagonal::{ascended, settled};
+use super::tridiagonal::{back_substitute, flush_tiny};
 use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 
 /// Allows rounding errors below absolute zero.
-pub(super) const STRAY_MARGIN_K: f32 = 1.0;
+pub(super) const DIVERGENCE_MARGIN_K: f32 = 1.0;
 /// From the margin to the last table node.
-pub(super) const STRAY_SPAN_K: f32 = STRAY_MARGIN_K + TABLE_STEP_K as f32 * (TABLE_NODES as f32 - 1.0);
+pub(super) const DIVERGENCE_SPAN_K: f32 = DIVERGENCE_MARGIN_K + TABLE_STEP_K as f32 * (TABLE_NODES as f32 - 1.0);
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Reads the sensors at the start of a step, then advances by the step; after the last step, only reads. `record`
     /// is called between the two.
     #[inline(always)]
     pub fn advance(&mut self, step: usize, mut record: impl FnMut(&Self)) {
-        let (last, zero) = (self.thermal.temperatures.len() - 1, R::constant(0.0));
-        self.hold(step);
+        let (last, zero) = (self.thermal.temperatures.len() - 1, R::from_f64(0.0));
+        self.apply_held_faces(step);
         let mut start = [zero; 2];
         let mut start_holder_heat = zero;
         for stage in 0..2 {
             if GAS {
-                self.react(step, stage);
-                self.flow(step, stage);
-                self.gas.outflow = self.gas.leaving[stage];
+                self.advance_reactions(step, stage);
+                self.update_gas_flow(step, stage);
+                self.gas.stage_outflow = self.gas.hot_outflow[stage];
             }
             self.properties(step, stage);
-            for face in 0..self.plan.open_faces {
-                self.thermal.edges[face] = self.edge(face, face * last, step, stage);
+            for face in 0..self.plan.exchanging_faces {
+                self.thermal.boundary_rows[face] = self.boundary_row(face, face * last, step, stage);
             }
-            let holder_heat = if stage == 0 { self.assemble(step) } else { self.correct(step) };
-            let mut face_heat = [self.passed_through(0, 0, step, stage), self.passed_through(1, last, step, stage)];
+            let holder_heat =
+                if stage == 0 { self.assemble_first_stage(step) } else { self.assemble_second_stage(step) };
+            let mut face_heat = [self.face_heat_flux(0, 0, step, stage), self.face_heat_flux(1, last, step, stage)];
             if GAS {
-                let drawn = self.warm(step, stage);
+                let drawn = self.gas_heat_outflow(step, stage);
                 face_heat = [face_heat[0] + drawn[0], face_heat[1] + drawn[1]];
             }
             if stage == 0 {
-                self.look(step);
+                self.update_sensors(step);
                 record(self);
                 if step == self.plan.steps() {
-                    self.finish();
+                    self.sum_stored_heat();
                     return;
                 }
                 start = face_heat;
                 start_holder_heat = holder_heat;
-                self.ascend();
+                self.solve_first_increments();
             } else {
-                self.update(step);
-                self.account(0, step, start[0], face_heat[0], 0, 1);
-                self.account(1, step, start[1], face_heat[1], last, last - 1);
+                self.update_temperatures(step);
+                self.account_face_heat(0, step, start[0], face_heat[0], 0, 1);
+                self.account_face_heat(1, step, start[1], face_heat[1], last, last - 1);
                 if self.plan.has_holder {
-                    self.account_sideways(step, start_holder_heat, holder_heat);
+                    self.account_holder_heat(step, start_holder_heat, holder_heat);
                 }
             }
         }
@@ -75,62 +76,64 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
     /// Back substitution for the increments of the first stage.
     #[inline(always)]
-    fn ascend(&mut self) {
-        let first = &mut self.thermal.first[..];
+    fn solve_first_increments(&mut self) {
+        let first = &mut self.thermal.first_increments[..];
         let system = &self.thermal.system[..first.len()];
-        let mut before = R::constant(0.0);
+        let mut before = R::from_f64(0.0);
         for i in (0..first.len()).rev() {
             let row = system[i];
-            before = ascended(row.second, row.reciprocal, row.over, before);
-            first[i] = settled(before);
+            before = back_substitute(row.rhs_or_increment, row.reciprocal, row.upper_ratio, before);
+            first[i] = flush_tiny(before);
         }
     }
 
     /// Adds the heat through a face over a step to the balance: mean of both stages, and the implicit part of the
     /// scheme.
     #[inline(always)]
-    fn account(&mut self, face: usize, step: usize, start: R, end: R, cell: usize, neighbour: usize) {
-        let (sum, neighbour_sum) = (self.thermal.system[cell].second, self.thermal.system[neighbour].second);
-        let (row, [by_cell, by_neighbour]) = (self.thermal.edges[face], self.thermal.passed_slopes[face]);
+    fn account_face_heat(&mut self, face: usize, step: usize, start: R, end: R, cell: usize, neighbour: usize) {
+        let (sum, neighbour_sum) =
+            (self.thermal.system[cell].rhs_or_increment, self.thermal.system[neighbour].rhs_or_increment);
+        let (row, [by_cell, by_neighbour]) =
+            (self.thermal.boundary_rows[face], self.thermal.face_conduction_slopes[face]);
         let implicit = row.slope * sum - (by_cell * sum - by_neighbour * neighbour_sum) * row.held;
-        let half_step_s = R::fixed(0.5) * R::still(self.rows.lengths_s[step]);
+        let half_step_s = R::constant_from_f64(0.5) * R::constant(self.rows.step_lengths_s[step]);
         let amount = (start + end + implicit) * half_step_s;
-        let zero = R::constant(0.0);
-        self.accounts.heat[2 * face] = advanced(self.accounts.heat[2 * face], amount.max(zero));
-        self.accounts.heat[2 * face + 1] = advanced(self.accounts.heat[2 * face + 1], (-amount).max(zero));
+        let zero = R::from_f64(0.0);
+        self.sums.heat[2 * face] = add_compensated(self.sums.heat[2 * face], amount.max(zero));
+        self.sums.heat[2 * face + 1] = add_compensated(self.sums.heat[2 * face + 1], (-amount).max(zero));
     }
 
     /// Back substitution for the increments of the second stage; advances the temperatures by both stages and stores
     /// the sum of both increments in the system. Divergence shows in a ply's coldest and hottest cell, or in its
     /// uppermost: NaN fails both comparisons, and back substitution spreads it upwards.
     #[inline(always)]
-    fn update(&mut self, step: usize) {
-        let margin_k = R::fixed(f64::from(STRAY_MARGIN_K));
-        let mut before = R::constant(0.0);
+    fn update_temperatures(&mut self, step: usize) {
+        let margin_k = R::constant_from_f64(f64::from(DIVERGENCE_MARGIN_K));
+        let mut before = R::from_f64(0.0);
         for p in (0..self.scales.plies.len()).rev() {
             let ply = &self.plan.plies[p];
             let cells = ply.first_cell as usize..ply.end_cell as usize;
             let temperatures = &mut self.thermal.temperatures[cells.clone()];
-            let first = &self.thermal.first[cells.clone()][..temperatures.len()];
+            let first = &self.thermal.first_increments[cells.clone()][..temperatures.len()];
             let system = &mut self.thermal.system[cells][..temperatures.len()];
-            let (mut coldest, mut hottest) = self.accounts.extremes_k[p];
+            let (mut coldest, mut hottest) = self.sums.extremes_k[p];
             for i in (0..temperatures.len()).rev() {
                 let row = system[i];
-                before = ascended(row.second, row.reciprocal, row.over, before);
-                let own = settled(before);
-                let increment = first[i] * R::fixed(1.5) + own * R::fixed(0.5);
-                system[i].second = first[i] + own;
-                temperatures[i] = advanced(temperatures[i], increment);
+                before = back_substitute(row.rhs_or_increment, row.reciprocal, row.upper_ratio, before);
+                let own = flush_tiny(before);
+                let increment = first[i] * R::constant_from_f64(1.5) + own * R::constant_from_f64(0.5);
+                system[i].rhs_or_increment = first[i] + own;
+                temperatures[i] = add_compensated(temperatures[i], increment);
                 let high = temperatures[i].high;
                 coldest = coldest.min(high);
                 hottest = hottest.max(high);
             }
-            self.accounts.extremes_k[p] = (coldest, hottest);
+            self.sums.extremes_k[p] = (coldest, hottest);
             for (watched, span_k) in
-                [(coldest, STRAY_SPAN_K), (hottest, STRAY_SPAN_K), (temperatures[0].high, f32::MAX)]
+                [(coldest, DIVERGENCE_SPAN_K), (hottest, DIVERGENCE_SPAN_K), (temperatures[0].high, f32::MAX)]
             {
-                let diverged = &mut self.accounts.strayed;
-                (watched + margin_k).within(span_k, |lane| {
+                let diverged = &mut self.sums.diverged;
+                (watched + margin_k).for_lanes_outside(span_k, |lane| {
                     diverged[lane].get_or_insert(step);
                 });
             }

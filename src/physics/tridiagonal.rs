@@ -19,44 +19,44 @@ use super::Real;
 /// last bit. Two words of f32 resolve a temperature to about this value. With a threshold of 1e-25, products of two
 /// such numbers were subnormal and took a tenth of the time of all derivatives (benches/LOG.md). In f64, adding so
 /// small a number to a temperature has no effect.
-pub(super) const LEAST: f64 = 1e-12;
+pub(super) const FLUSH_THRESHOLD: f64 = 1e-12;
 
 /// The value, or zero if its magnitude is negligible.
 #[inline(always)]
-pub fn settled<R: Real>(value: R) -> R {
-    value.settled(R::constant(LEAST))
+pub fn flush_tiny<R: Real>(value: R) -> R {
+    value.flush_tiny(R::from_f64(FLUSH_THRESHOLD))
 }
 
 /// Eliminates a row: the ratio `l/d'` and the reciprocal pivot `1/d'`, from the reciprocal pivot and the upper
 /// coefficient of the row above.
 #[inline(always)]
-pub fn eliminated<R: Real>(lower: R, diagonal: R, before: R, upper_before: R) -> [R; 2] {
+pub fn eliminate_row<R: Real>(lower: R, diagonal: R, before: R, upper_before: R) -> [R; 2] {
     let product = lower * upper_before;
-    [lower * before, R::constant(1.0) / (diagonal - product * before)]
+    [lower * before, R::from_f64(1.0) / (diagonal - product * before)]
 }
 
 /// Forward elimination of a row's right-hand side; flush it where it is stored. The next row takes it as it is: its
 /// test for negligible values runs beside the product, where flushing first would lengthen the critical path of every
 /// row.
 #[inline(always)]
-pub fn descended<R: Real>(rhs: R, lower_ratio: R, before: R) -> R {
-    rhs.less_times(lower_ratio, before, R::constant(LEAST))
+pub fn forward_eliminate<R: Real>(rhs: R, lower_ratio: R, before: R) -> R {
+    rhs.sub_mul_flushed(lower_ratio, before, R::from_f64(FLUSH_THRESHOLD))
 }
 
 /// Back substitution: the unknown of a row from that of the row below; flush it where it is stored.
 #[inline(always)]
-pub fn ascended<R: Real>(rhs: R, reciprocal: R, upper_ratio: R, before: R) -> R {
-    (rhs * reciprocal).less_times(upper_ratio, before, R::constant(LEAST))
+pub fn back_substitute<R: Real>(rhs: R, reciprocal: R, upper_ratio: R, before: R) -> R {
+    (rhs * reciprocal).sub_mul_flushed(upper_ratio, before, R::from_f64(FLUSH_THRESHOLD))
 }
 
 /// Factors a matrix in place: lower coefficients become ratios `l/d'`, the diagonal reciprocal pivots `1/d'`, upper
 /// coefficients ratios `u/d'`.
 #[inline(always)]
 pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &mut [R]) {
-    diagonal[0] = R::constant(1.0) / diagonal[0];
+    diagonal[0] = R::from_f64(1.0) / diagonal[0];
     for i in 1..diagonal.len() {
         let before = diagonal[i - 1];
-        [lower[i], diagonal[i]] = eliminated(lower[i], diagonal[i], before, upper[i - 1]);
+        [lower[i], diagonal[i]] = eliminate_row(lower[i], diagonal[i], before, upper[i - 1]);
         upper[i - 1] = upper[i - 1] * before;
     }
 }
@@ -68,14 +68,14 @@ pub fn substitute<R: Real>(lower_ratio: &[R], reciprocals: &[R], upper_ratio: &[
     // In a register: storing and reloading it would take longer than the arithmetic.
     let mut before = rhs[0];
     for i in 1..=last {
-        before = descended(rhs[i], lower_ratio[i], before);
-        rhs[i] = settled(before);
+        before = forward_eliminate(rhs[i], lower_ratio[i], before);
+        rhs[i] = flush_tiny(before);
     }
-    before = settled(before) * reciprocals[last];
-    rhs[last] = settled(before);
+    before = flush_tiny(before) * reciprocals[last];
+    rhs[last] = flush_tiny(before);
     for back in 1..=last {
         let i = last - back;
-        before = ascended(rhs[i], reciprocals[i], upper_ratio[i], before);
-        rhs[i] = settled(before);
+        before = back_substitute(rhs[i], reciprocals[i], upper_ratio[i], before);
+        rhs[i] = flush_tiny(before);
     }
 }

@@ -2,7 +2,7 @@
 //! would be a wrong number and not an error.
 
 use super::Plan;
-use super::layout::{ABREAST, FACE_COLUMNS, NO_INSTANT, STATES_MAX, TABLE_NODES};
+use super::layout::{COLUMNS_PER_LOAD, FACE_COLUMNS, MAX_STATES, NO_INSTANT, TABLE_NODES};
 
 /// Rows of a plan that do not fit together.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -46,26 +46,26 @@ impl Plan {
     }
 
     fn check_counts(&self) -> Result<(), InconsistentPlan> {
-        let (rows, plies, steps) = (&self.rows, self.plies.len(), self.steps());
-        let paths = self.paths.len();
+        let (rows, plies, steps) = (&self.data, self.plies.len(), self.steps());
+        let paths = self.reaction_paths.len();
         at_most("the least number of steps", 1, steps)?;
         at_most("the least number of plies", 1, plies)?;
         count("ends of steps", self.times_s.len(), steps + 1)?;
-        count("records by step", self.instants.len(), steps + 1)?;
-        below("a record", self.instants.iter().copied().filter(|&record| record != NO_INSTANT), self.records)?;
-        count("rows of the faces' forcing", rows.drives.len(), 4 * (steps + 1))?;
-        count("constants of plies", rows.bulks.len(), plies)?;
+        count("records by step", self.record_at_step.len(), steps + 1)?;
+        below("a record", self.record_at_step.iter().copied().filter(|&record| record != NO_INSTANT), self.records)?;
+        count("rows of the faces' forcing", rows.boundary_forcing.len(), 4 * (steps + 1))?;
+        count("constants of plies", rows.bulk_properties.len(), plies)?;
         count("contacts", rows.contacts_m2_k_w.len(), plies - 1)?;
-        count("ranges of temperature", self.allowed_k.len(), plies)?;
-        count("states", rows.substances.len(), self.conductions.len())?;
+        count("ranges of temperature", self.table_limits_k.len(), plies)?;
+        count("states", rows.state_properties.len(), self.conductivity_columns.len())?;
         count("reactions", rows.reactions.len(), paths)?;
-        at_most("states of a ply", self.states, STATES_MAX)?;
-        count("sensors", rows.sensors.len(), self.places.len())?;
-        count("weights of sensors by step", rows.beads.len(), steps * self.places.len())
+        at_most("states of a ply", self.max_states, MAX_STATES)?;
+        count("sensors", rows.sensors.len(), self.sensor_locations.len())?;
+        count("weights of sensors by step", rows.beads.len(), steps * self.sensor_locations.len())
     }
 
     fn check_plies(&self) -> Result<(), InconsistentPlan> {
-        let tables = &self.rows.tables;
+        let tables = &self.data.tables;
         at_most("the faces' table", TABLE_NODES * FACE_COLUMNS, tables.len())?;
         let (mut cell, mut state, mut reaction) = (0, 0, 0);
         for ply in &self.plies {
@@ -73,23 +73,23 @@ impl Plan {
             at_most("the first cell of a ply", cell + 1, ply.end_cell as usize)?;
             cell = ply.end_cell as usize;
             count("the first state of a ply", ply.first_state as usize, state)?;
-            at_most("states of a ply", ply.states as usize, self.states)?;
+            at_most("states of a ply", ply.states as usize, self.max_states)?;
             at_most("states of a ply with tables of their own", ply.rows as usize, ply.states as usize)?;
             count("the first reaction of a ply", ply.first_reaction as usize, reaction)?;
             at_most("the first reaction of a ply", reaction, ply.end_reaction as usize)?;
-            at_most("the last reaction of a ply", ply.end_reaction as usize, self.paths.len())?;
-            let paths = &self.paths[reaction..ply.end_reaction as usize];
-            below("a state of a reaction", paths.iter().flat_map(|path| [path.source, path.product]), self.states)?;
+            at_most("the last reaction of a ply", ply.end_reaction as usize, self.reaction_paths.len())?;
+            let paths = &self.reaction_paths[reaction..ply.end_reaction as usize];
+            below("a state of a reaction", paths.iter().flat_map(|path| [path.source, path.product]), self.max_states)?;
             (state, reaction) = (state + ply.states as usize, ply.end_reaction as usize);
             let columns = ply.columns as usize;
-            count("columns of a ply beyond whole groups", columns % ABREAST, 0)?;
+            count("columns of a ply beyond whole groups", columns % COLUMNS_PER_LOAD, 0)?;
             at_most("columns of the states of a ply", ply.rows as usize * self.properties(), columns)?;
-            let end = ply.table as usize + self.levels * TABLE_NODES * columns;
+            let end = ply.table as usize + self.pressure_levels * TABLE_NODES * columns;
             at_most("the end of a ply's tables", end, self.face_table())?;
         }
         count("cells", self.cells(), cell)?;
-        count("states", self.rows.substances.len(), state)?;
-        count("reactions", self.rows.reactions.len(), reaction)
+        count("states", self.data.state_properties.len(), state)?;
+        count("reactions", self.data.reactions.len(), reaction)
     }
 
     fn check_factor_columns(&self) -> Result<(), InconsistentPlan> {
@@ -109,19 +109,25 @@ impl Plan {
             ]
         });
         below("a factor of a ply", plies, columns)?;
-        let conductivities =
-            self.conductions.iter().flat_map(|row| [row.whole, row.solid, row.gas, row.radiative, row.extinction]);
+        let conductivities = self
+            .conductivity_columns
+            .iter()
+            .flat_map(|row| [row.whole, row.solid, row.gas, row.radiative, row.extinction]);
         below("a factor of a conductivity", conductivities, columns)?;
-        let faces = self.scalings.iter().flat_map(|row| [row.heating, row.film, row.exchange, row.emissivity]);
+        let faces = self.face_columns.iter().flat_map(|row| [row.heating, row.film, row.exchange, row.emissivity]);
         below("a factor of a face", faces, columns)?;
-        below("a factor of a depth", self.places.iter().map(|place| place.depth), columns)
+        below("a factor of a depth", self.sensor_locations.iter().map(|place| place.depth), columns)
     }
 
     fn check_sensors(&self) -> Result<(), InconsistentPlan> {
         let (cells, plies) = (self.cells(), self.plies.len());
-        below("the cell of a sensor", self.places.iter().map(|place| place.cell), cells)?;
-        below("the ply of a sensor", self.places.iter().flat_map(|row| [row.ply_above, row.ply_below]), plies)?;
-        for place in self.places.iter().filter(|place| place.depth > 0) {
+        below("the cell of a sensor", self.sensor_locations.iter().map(|place| place.cell), cells)?;
+        below(
+            "the ply of a sensor",
+            self.sensor_locations.iter().flat_map(|row| [row.ply_above, row.ply_below]),
+            plies,
+        )?;
+        for place in self.sensor_locations.iter().filter(|place| place.depth > 0) {
             at_most("nodes above a sensor", place.steps_above as usize, place.node_above as usize)?;
             below("a node below a sensor", [place.node_below + place.steps_below], cells)?;
         }
@@ -144,22 +150,22 @@ mod tests {
     }
 
     const SPOILED: &[(&str, Spoil)] = &[
-        ("tables cut short", |plan| plan.rows.tables = plan.rows.tables[8..].into()),
-        ("no tables", |plan| plan.rows.tables = Arc::new([])),
-        ("a table that begins too late", |plan| plan.plies[0].table += plan.rows.tables.len() as u32),
-        ("a cell too few", |plan| shorten(&mut plan.rows.cells)),
-        ("a step too few", |plan| shorten(&mut plan.rows.lengths_s)),
-        ("forcing cut short", |plan| shorten(&mut plan.rows.drives)),
-        ("weights of sensors cut short", |plan| shorten(&mut plan.rows.beads)),
-        ("a record too many", |plan| plan.instants[0] = plan.records as u32),
-        ("a contact too many", |plan| plan.rows.contacts_m2_k_w.push(0.0)),
-        ("a state too few", |plan| shorten(&mut plan.rows.substances)),
-        ("a reaction without states", |plan| shorten(&mut plan.paths)),
+        ("tables cut short", |plan| plan.data.tables = plan.data.tables[8..].into()),
+        ("no tables", |plan| plan.data.tables = Arc::new([])),
+        ("a table that begins too late", |plan| plan.plies[0].table += plan.data.tables.len() as u32),
+        ("a cell too few", |plan| shorten(&mut plan.data.cells)),
+        ("a step too few", |plan| shorten(&mut plan.data.step_lengths_s)),
+        ("forcing cut short", |plan| shorten(&mut plan.data.boundary_forcing)),
+        ("weights of sensors cut short", |plan| shorten(&mut plan.data.beads)),
+        ("a record too many", |plan| plan.record_at_step[0] = plan.records as u32),
+        ("a contact too many", |plan| plan.data.contacts_m2_k_w.push(0.0)),
+        ("a state too few", |plan| shorten(&mut plan.data.state_properties)),
+        ("a reaction without states", |plan| shorten(&mut plan.reaction_paths)),
         ("a factor that no member has", |plan| plan.plies[0].density = plan.factors as u32 + 1),
-        ("a factor of a face that no member has", |plan| plan.scalings[1].film = u32::MAX),
-        ("a sensor behind the last cell", |plan| plan.places[0].cell = plan.rows.cells.len() as u32),
-        ("a sensor between other plies", |plan| plan.places[0].ply_below = plan.plies.len() as u32),
-        ("a reaction into another ply's state", |plan| plan.paths[0].product = plan.states as u32),
+        ("a factor of a face that no member has", |plan| plan.face_columns[1].film = u32::MAX),
+        ("a sensor behind the last cell", |plan| plan.sensor_locations[0].cell = plan.data.cells.len() as u32),
+        ("a sensor between other plies", |plan| plan.sensor_locations[0].ply_below = plan.plies.len() as u32),
+        ("a reaction into another ply's state", |plan| plan.reaction_paths[0].product = plan.max_states as u32),
     ];
 
     fn plan(folder: &Path) -> Plan {

@@ -9,8 +9,8 @@
 
 mod transform;
 
-use super::layout::Drive;
-use super::same_instant::same_instant_s;
+use super::layout::BoundaryForcing;
+use super::time_tolerance::time_tolerance_s;
 use crate::case::{Case, Exposure, Face, Schedule};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -23,14 +23,14 @@ use transform::{ConductivityIntegral, Transform};
 pub(super) struct Forcing {
     signals: Vec<Signal>,
     /// Index of the signal of each quantity, hot face and back face.
-    faces: [Drive<usize>; 2],
+    faces: [BoundaryForcing<usize>; 2],
     /// Conductivity integrals of the outermost plies, hot side and back side.
     conductivities: [Arc<ConductivityIntegral>; 2],
     duration_s: f64,
     /// Zero, and every corner of a schedule, s.
     pub corners_s: Vec<f64>,
     /// Zero, and the corners that carry the shape of a schedule ([`major_corners`]), s.
-    pub landings_s: Vec<f64>,
+    pub major_corners_s: Vec<f64>,
     /// The major corners at which an ambient pressure, and with it the gauges, jumps, s.
     pub pressure_jumps_s: Vec<f64>,
 }
@@ -46,7 +46,7 @@ struct Signal {
 }
 
 /// Rows of a schedule per precomputed integral.
-const BLOCK: usize = 256;
+const BLOCK_ROWS: usize = 256;
 
 /// Integrals of a function from a start time: ∫ f dt, and ∫ f (t − start) dt.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,14 +56,14 @@ struct Moments {
 }
 
 /// A discontinuity smaller than this share of the schedule's range is rounding.
-const SMOOTH: f64 = 1e-6;
+const JUMP_TOLERANCE: f64 = 1e-6;
 
 /// Smallest effective area of a major corner, as a share of the schedule's largest magnitude times the duration.
 ///
 /// Integrals stay exact at a corner inside a step, so the threshold sets the work of a plan and hardly its accuracy. A
 /// pulse keeps its corners down to 0.6 % of the duration. Of 20,000 rows of `lcat-2259` with 1 % noise only the corners
 /// of the pulse remain; at a third of this threshold some noise remains and plans take 1.4 times the work.
-const LANDING_AREA: f64 = 3e-3;
+const MAJOR_CORNER_AREA: f64 = 3e-3;
 
 impl Forcing {
     pub(super) fn new(case: &Case) -> Self {
@@ -73,15 +73,15 @@ impl Forcing {
             let ply = ply.expect("a layup has a ply");
             Arc::new(ConductivityIntegral::new(&ply.material.conductivity, pressure_pa))
         });
-        Self::under(&case.exposure, conductivities)
+        Self::from_exposure(&case.exposure, conductivities)
     }
 
     /// The same layup under another exposure.
-    pub(super) fn of(&self, exposure: &Exposure) -> Self {
-        Self::under(exposure, self.conductivities.clone())
+    pub(super) fn with_exposure(&self, exposure: &Exposure) -> Self {
+        Self::from_exposure(exposure, self.conductivities.clone())
     }
 
-    fn under(exposure: &Exposure, conductivities: [Arc<ConductivityIntegral>; 2]) -> Self {
+    fn from_exposure(exposure: &Exposure, conductivities: [Arc<ConductivityIntegral>; 2]) -> Self {
         let duration_s = exposure.duration_s;
         // Signal 0 is zero: quantities that a face lacks, among them the held temperature of an open face.
         let mut signals = vec![Signal::new(&Schedule::constant(0.0), Transform::Identity)];
@@ -100,14 +100,21 @@ impl Forcing {
             (&exposure.back_face, back_pressure_pa, &conductivities[1]),
         ];
         let faces = sides.map(|(face, pressure_pa, conductivity)| {
-            let none =
-                Drive { flux_w_m2: 0, radiant_w_m2: 0, gas_k: 0, surroundings_k: 0, pressure_pa, held_k: 0, holder_k };
+            let none = BoundaryForcing {
+                flux_w_m2: 0,
+                radiant_w_m2: 0,
+                gas_k: 0,
+                surroundings_k: 0,
+                pressure_pa,
+                held_k: 0,
+                holder_k,
+            };
             match face {
                 Face::Held(temperature_k) => {
                     let transform = Transform::ConductivityIntegral(Arc::clone(conductivity));
-                    Drive { held_k: add(temperature_k, transform), ..none }
+                    BoundaryForcing { held_k: add(temperature_k, transform), ..none }
                 }
-                Face::Open(open) => Drive {
+                Face::Open(open) => BoundaryForcing {
                     flux_w_m2: add(&open.flux_w_m2, Transform::Identity),
                     radiant_w_m2: add(&open.radiant_w_m2, Transform::Identity),
                     gas_k: add(&open.gas_k, Transform::Identity),
@@ -116,12 +123,13 @@ impl Forcing {
                 },
             }
         });
-        let shapes_s: Vec<Vec<f64>> = signals.iter().map(|signal| corners(&signal.schedule, duration_s)).collect();
+        let shapes_s: Vec<Vec<f64>> =
+            signals.iter().map(|signal| major_corners(&signal.schedule, duration_s)).collect();
         let pressures = [hot_pressure_pa, back_pressure_pa].into_iter();
         let jumps_s = pressures.flat_map(|signal: usize| {
             let jumps = |time_s: &&f64| {
                 signals[signal]
-                    .jumps(signals[signal].schedule.before(**time_s), signals[signal].schedule.after(**time_s))
+                    .is_jump(signals[signal].schedule.before(**time_s), signals[signal].schedule.after(**time_s))
             };
             shapes_s[signal].iter().filter(jumps).copied().collect::<Vec<f64>>()
         });
@@ -129,36 +137,36 @@ impl Forcing {
         let landings_s = std::iter::once(0.0).chain(shapes_s.into_iter().flatten()).collect();
         let all_s = signals.iter().flat_map(|signal| signal.schedule.times_s.iter().copied());
         let corners_s = std::iter::once(0.0).chain(all_s).collect();
-        Self { signals, faces, conductivities, duration_s, corners_s, landings_s, pressure_jumps_s }
+        Self { signals, faces, conductivities, duration_s, corners_s, major_corners_s: landings_s, pressure_jumps_s }
     }
 
     /// Four rows a step: hot face at its start and end, back face at its start and end; then four rows for the end of
     /// the march.
-    pub(super) fn drives(&self, times_s: &[f64]) -> Vec<Drive<f64>> {
-        let close_s = same_instant_s(self.duration_s);
+    pub(super) fn at_step_ends(&self, times_s: &[f64]) -> Vec<BoundaryForcing<f64>> {
+        let close_s = time_tolerance_s(self.duration_s);
         let values: Vec<Vec<[f64; 2]>> = self.signals.iter().map(|signal| signal.at_steps(times_s, close_s)).collect();
         let rows = (0..times_s.len() - 1).flat_map(|step| {
             let of = |face: usize, end: usize| self.faces[face].map(|signal| values[signal][step][end]);
             [of(0, 0), of(0, 1), of(1, 0), of(1, 1)]
         });
-        let mut all: Vec<Drive<f64>> = rows.collect();
-        all.extend(last_drives(&all));
+        let mut all: Vec<BoundaryForcing<f64>> = rows.collect();
+        all.extend(final_rows(&all));
         all
     }
 
     /// The prescribed temperature of a face (0 hot, 1 back) at some instants, K, where the steps smooth it or it jumps
-    /// within a step; `None` where the node of the face already has that temperature.
+    /// within a step; `Scalar` where the node of the face already has that temperature.
     pub(super) fn held_k(&self, face: usize, times_s: &[f64], instants_s: &[f64]) -> Option<Vec<f64>> {
-        let close_s = same_instant_s(self.duration_s);
+        let close_s = time_tolerance_s(self.duration_s);
         let signal = &self.signals[self.faces[face].held_k];
         let is_held = self.faces[face].held_k > 0;
         let values = &signal.schedule.values;
         let jumps = || {
             let rows = signal.schedule.times_s.windows(2).zip(values.windows(2));
             rows.filter(|(times_s, _)| times_s[1] - times_s[0] <= close_s)
-                .any(|(_, pair)| signal.jumps(pair[0], pair[1]))
+                .any(|(_, pair)| signal.is_jump(pair[0], pair[1]))
         };
-        let is_smoothed = || times_s.windows(2).any(|step| signal.passes_over(step, close_s));
+        let is_smoothed = || times_s.windows(2).any(|step| signal.skips_rows(step, close_s));
         (is_held && (jumps() || is_smoothed())).then(|| {
             let last_s = self.duration_s - close_s;
             let at = |&instant_s: &f64| match instant_s < last_s {
@@ -171,7 +179,7 @@ impl Forcing {
 }
 
 /// The last four rows: those at the end of the last step, repeated.
-pub(super) fn last_drives(drives: &[Drive<f64>]) -> [Drive<f64>; 4] {
+pub(super) fn final_rows(drives: &[BoundaryForcing<f64>]) -> [BoundaryForcing<f64>; 4] {
     let [hot, back] = [drives[drives.len() - 3], drives[drives.len() - 1]];
     [hot, hot, back, back]
 }
@@ -182,11 +190,11 @@ impl Signal {
         let range = values
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &value| (least.min(value), most.max(value)));
         let mut signal = Self { schedule: schedule.clone(), transform, range, blocks: Vec::new() };
-        let blocks = (schedule.times_s.len() - 1) / BLOCK;
+        let blocks = (schedule.times_s.len() - 1) / BLOCK_ROWS;
         signal.blocks = (0..blocks)
             .map(|block| {
-                let first = block * BLOCK;
-                signal.between_rows(first..first + BLOCK, schedule.times_s[first])
+                let first = block * BLOCK_ROWS;
+                signal.between_rows(first..first + BLOCK_ROWS, schedule.times_s[first])
             })
             .collect();
         signal
@@ -201,11 +209,11 @@ impl Signal {
         let (least, most) = self.range;
         let mut first = 0;
         for end in 1..=values.len() {
-            if end < values.len() && !self.jumps(values[end - 1][1], values[end][0]) {
+            if end < values.len() && !self.is_jump(values[end - 1][1], values[end][0]) {
                 continue;
             }
-            if times_s[first..=end].windows(2).any(|step| self.passes_over(step, close_s)) {
-                let nodes = self.projected(&times_s[first..=end], close_s);
+            if times_s[first..=end].windows(2).any(|step| self.skips_rows(step, close_s)) {
+                let nodes = self.l2_projection(&times_s[first..=end], close_s);
                 for (value, pair) in values[first..end].iter_mut().zip(nodes.windows(2)) {
                     *value = [pair[0], pair[1]].map(|node| node.clamp(least, most));
                 }
@@ -216,30 +224,30 @@ impl Signal {
     }
 
     /// Whether two values at one time differ by more than rounding.
-    fn jumps(&self, before: f64, after: f64) -> bool {
+    fn is_jump(&self, before: f64, after: f64) -> bool {
         let (least, most) = self.range;
-        (after - before).abs() > SMOOTH * (most - least)
+        (after - before).abs() > JUMP_TOLERANCE * (most - least)
     }
 
     /// The rows inside a step.
-    fn inside(&self, step: &[f64], close_s: f64) -> Range<usize> {
+    fn rows_inside(&self, step: &[f64], close_s: f64) -> Range<usize> {
         let times_s = &self.schedule.times_s;
         let first = times_s.partition_point(|&time_s| time_s <= step[0] + close_s);
         first..times_s.partition_point(|&time_s| time_s < step[1] - close_s).max(first)
     }
 
-    fn passes_over(&self, step: &[f64], close_s: f64) -> bool {
-        !self.inside(step, close_s).is_empty()
+    fn skips_rows(&self, step: &[f64], close_s: f64) -> bool {
+        !self.rows_inside(step, close_s).is_empty()
     }
 
     /// Nodal values of the L2 projection onto continuous functions linear in each step: a tridiagonal system with the
     /// mass matrix of linear finite elements.
-    fn projected(&self, times_s: &[f64], close_s: f64) -> Vec<f64> {
+    fn l2_projection(&self, times_s: &[f64], close_s: f64) -> Vec<f64> {
         let nodes = times_s.len();
         let (mut diagonal, mut right) = (vec![0.0; nodes], vec![0.0; nodes]);
         let lengths_s: Vec<f64> = times_s.windows(2).map(|step| step[1] - step[0]).collect();
         for (step, (pair, &length_s)) in times_s.windows(2).zip(&lengths_s).enumerate() {
-            let moments = self.over(pair, close_s);
+            let moments = self.moments_over(pair, close_s);
             let rising = moments.first / length_s;
             right[step] += moments.zeroth - rising;
             right[step + 1] += rising;
@@ -261,8 +269,8 @@ impl Signal {
     }
 
     /// The moments over a step from its start: row by row to the next block, then whole blocks.
-    fn over(&self, step: &[f64], close_s: f64) -> Moments {
-        let rows = self.inside(step, close_s);
+    fn moments_over(&self, step: &[f64], close_s: f64) -> Moments {
+        let rows = self.rows_inside(step, close_s);
         let (start, end) =
             (self.schedule.after_within(step[0], close_s), self.schedule.before_within(step[1], close_s));
         if rows.is_empty() {
@@ -272,16 +280,16 @@ impl Signal {
         let (first, last) = (rows.start, rows.end - 1);
         let head = self.segment([step[0], times_s[first]], [start, values[first]], step[0]);
         let tail = self.segment([times_s[last], step[1]], [values[last], end], step[0]);
-        let sum = head.and(tail);
-        let blocks = first.div_ceil(BLOCK)..last / BLOCK;
+        let sum = head.plus(tail);
+        let blocks = first.div_ceil(BLOCK_ROWS)..last / BLOCK_ROWS;
         if blocks.is_empty() {
-            return sum.and(self.between_rows(first..last, step[0]));
+            return sum.plus(self.between_rows(first..last, step[0]));
         }
-        let sum = sum.and(self.between_rows(first..blocks.start * BLOCK, step[0]));
-        let sum = sum.and(self.between_rows(blocks.end * BLOCK..last, step[0]));
+        let sum = sum.plus(self.between_rows(first..blocks.start * BLOCK_ROWS, step[0]));
+        let sum = sum.plus(self.between_rows(blocks.end * BLOCK_ROWS..last, step[0]));
         blocks.fold(sum, |sum, block| {
             let Moments { zeroth, first } = self.blocks[block];
-            sum.and(Moments { zeroth, first: first + (times_s[block * BLOCK] - step[0]) * zeroth })
+            sum.plus(Moments { zeroth, first: first + (times_s[block * BLOCK_ROWS] - step[0]) * zeroth })
         })
     }
 
@@ -289,7 +297,7 @@ impl Signal {
     fn between_rows(&self, rows: Range<usize>, from_s: f64) -> Moments {
         let (times_s, values) = (&self.schedule.times_s, &self.schedule.values);
         rows.fold(Moments::default(), |sum, row| {
-            sum.and(self.segment([times_s[row], times_s[row + 1]], [values[row], values[row + 1]], from_s))
+            sum.plus(self.segment([times_s[row], times_s[row + 1]], [values[row], values[row + 1]], from_s))
         })
     }
 
@@ -297,7 +305,7 @@ impl Signal {
     /// integral of a conductivity linear in temperature.
     fn segment(&self, times_s: [f64; 2], values: [f64; 2], from_s: f64) -> Moments {
         let [start, middle, end] =
-            [values[0], 0.5 * (values[0] + values[1]), values[1]].map(|value| self.transform.of(value));
+            [values[0], 0.5 * (values[0] + values[1]), values[1]].map(|value| self.transform.apply(value));
         let length_s = times_s[1] - times_s[0];
         let zeroth = length_s * (start + 4.0 * middle + end) / 6.0;
         let first = (times_s[0] - from_s) * zeroth + length_s * length_s * (2.0 * middle + end) / 6.0;
@@ -306,7 +314,7 @@ impl Signal {
 }
 
 impl Moments {
-    fn and(self, other: Self) -> Self {
+    fn plus(self, other: Self) -> Self {
         Self { zeroth: self.zeroth + other.zeroth, first: self.first + other.first }
     }
 }
@@ -315,14 +323,15 @@ impl Moments {
 ///
 /// Repeatedly drops the corner whose triangle with its neighbours has the least area, until that area reaches the
 /// threshold (Visvalingam & Whyatt, The Cartographic Journal 30, 1993). Noise goes; ramps and jumps stay.
-fn corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
+fn major_corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
     let inside = |time_s: f64| 0.0 < time_s && time_s < duration_s;
     let rows = schedule.times_s.iter().zip(&schedule.values).filter(|(time_s, _)| inside(**time_s));
     let mut points = vec![(0.0, schedule.after(0.0))];
     points.extend(rows.map(|(&time_s, &value)| (time_s, value)));
     points.push((duration_s, schedule.before(duration_s)));
     let last = points.len() - 1;
-    let threshold = LANDING_AREA * duration_s * points.iter().fold(0.0, |most: f64, point| most.max(point.1.abs()));
+    let threshold =
+        MAJOR_CORNER_AREA * duration_s * points.iter().fold(0.0, |most: f64, point| most.max(point.1.abs()));
     let area = |before: usize, point: usize, after: usize| {
         let [(x0, y0), (x1, y1), (x2, y2)] = [before, point, after].map(|index| points[index]);
         0.5 * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs()
@@ -355,11 +364,11 @@ fn corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chance::Numbers;
+    use crate::random::RandomStream;
 
     /// A square pulse sampled at 100 Hz, with relative noise.
     fn pulse(rows: usize, noise: f64) -> Schedule {
-        let mut numbers = Numbers::of(1, 27);
+        let mut numbers = RandomStream::new(1, 27);
         let times_s: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64).collect();
         let end_s = 0.01 * (rows - 1) as f64;
         let value = |time_s: f64| if (0.2 * end_s..0.5 * end_s).contains(&time_s) { 2e5 } else { 0.0 };
@@ -393,7 +402,7 @@ mod tests {
         let schedule = pulse(3001, 0.01);
         let times_s = steps_s(40, 30.0);
         let signal = Signal::new(&schedule, Transform::Identity);
-        let nodes = signal.projected(&times_s, 0.0);
+        let nodes = signal.l2_projection(&times_s, 0.0);
         for node in 0..times_s.len() {
             let support = &times_s[node.saturating_sub(1)..=(node + 1).min(times_s.len() - 1)];
             let hat = |time_s: f64| {
@@ -416,15 +425,15 @@ mod tests {
     fn block_integrals_equal_the_sums_over_their_rows() {
         let signal = Signal::new(&pulse(3001, 0.01), Transform::FourthPower);
         for step in [[0.0, 30.0], [0.005, 29.0], [2.56, 5.12], [2.551, 7.689]] {
-            let Moments { zeroth, first } = signal.over(&step, 0.0);
+            let Moments { zeroth, first } = signal.moments_over(&step, 0.0);
             let one_by_one = Signal { blocks: Vec::new(), ..signal.clone() };
-            let rows = one_by_one.inside(&step, 0.0);
+            let rows = one_by_one.rows_inside(&step, 0.0);
             let ends = [signal.schedule.after(step[0]), signal.schedule.before(step[1])];
             let times = &signal.schedule.times_s;
             let values = &signal.schedule.values;
             let head = signal.segment([step[0], times[rows.start]], [ends[0], values[rows.start]], step[0]);
             let tail = signal.segment([times[rows.end - 1], step[1]], [values[rows.end - 1], ends[1]], step[0]);
-            let exact = head.and(one_by_one.between_rows(rows.start..rows.end - 1, step[0])).and(tail);
+            let exact = head.plus(one_by_one.between_rows(rows.start..rows.end - 1, step[0])).plus(tail);
             assert!((zeroth / exact.zeroth - 1.0).abs() < 1e-12, "{step:?}");
             assert!((first / exact.first - 1.0).abs() < 1e-12, "{step:?}");
         }
@@ -440,18 +449,18 @@ mod tests {
     #[test]
     fn ramps_and_jumps_are_major_corners_and_noise_is_not() {
         let bare = Schedule { times_s: vec![0.0, 0.5, 41.0, 41.2], values: vec![0.0, 26.7, 26.7, 0.0] };
-        assert_eq!(corners(&bare, 200.0), [0.5, 41.0, 41.2]);
+        assert_eq!(major_corners(&bare, 200.0), [0.5, 41.0, 41.2]);
         let jump = Schedule { times_s: vec![0.0, 41.0, 41.0], values: vec![26.7, 26.7, 0.0] };
-        assert_eq!(corners(&jump, 200.0), [41.0, 41.0]);
+        assert_eq!(major_corners(&jump, 200.0), [41.0, 41.0]);
         let noisy = pulse(20_001, 0.01);
-        let found_s = corners(&noisy, 200.0);
+        let found_s = major_corners(&noisy, 200.0);
         assert!(found_s.len() < 60, "{} of 20,001 rows are major corners", found_s.len());
         for edge_s in [40.0, 100.0] {
             let nearest_s = found_s.iter().map(|found_s| (found_s - edge_s).abs()).fold(f64::INFINITY, f64::min);
             assert!(nearest_s < 0.015, "the edge at {edge_s} s is {nearest_s} s from the nearest corner");
         }
-        assert!(corners(&Schedule::constant(5.0), 200.0).is_empty());
-        assert!(corners(&Schedule { times_s: vec![0.0, 10.0, 20.0], values: vec![1.0; 3] }, 200.0).is_empty());
+        assert!(major_corners(&Schedule::constant(5.0), 200.0).is_empty());
+        assert!(major_corners(&Schedule { times_s: vec![0.0, 10.0, 20.0], values: vec![1.0; 3] }, 200.0).is_empty());
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! half as wide, so that a surface temperature is an unknown like any other. Within a ply spacings widen smoothly away
 //! from the hot face: every reading is second order, and a grid of half the spacing lies on the same curve.
 
-use super::layout::{Cell, Place, Sensor};
+use super::layout::{Cell, Sensor, SensorLocation};
 use crate::case::{self, Case, Property, Side};
 
 /// Cells from hot face to back face, the cell range of each ply, and the sensors.
@@ -15,45 +15,45 @@ pub(super) struct Grid {
     /// First cell of each ply, and one past the last.
     pub plies: Vec<(usize, usize)>,
     /// Location of each sensor, and its interpolation data.
-    pub sensors: Vec<(Place<u32>, Sensor<f64>)>,
+    pub sensors: Vec<(SensorLocation<u32>, Sensor<f64>)>,
 }
 
 /// Fewest cells of a ply, before subdivision.
-const CELLS_PLY_MIN: f64 = 2.0;
+const MIN_CELLS_PER_PLY: f64 = 2.0;
 /// Offset of the distance from the hot face that sets the widening, as a share of the whole distance (√ of diffusion
 /// time).
-const AHEAD: f64 = 0.3;
+const WIDENING_OFFSET: f64 = 0.3;
 
 /// Number of cells of each ply before subdivision; a real number, as sensors split plies.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Density {
+pub struct GridDensity {
     /// Cells of each ply.
-    pub plies: Vec<f64>,
+    pub cells_per_ply: Vec<f64>,
     /// Equal parts of each cell of a ply. Unlike a density, they refine every stretch, however few cells it has.
-    pub cuts: Vec<usize>,
+    pub subdivisions: Vec<usize>,
 }
 
-impl Density {
+impl GridDensity {
     /// Shares `cells` among the plies by diffusion time L²ρc/k at the start, to the power 3/8; at least two a ply.
     ///
     /// A power of 1/2 would give every cell the same diffusion time, but insulation conducts several times better once
     /// hot, and fronts are steepest in the cloth: of the powers tried on the paper's layup (1/8, 1/4, 3/8, 1/2 at 48 to
     /// 192 cells) 3/8 has the smallest worst error over the sensors.
-    pub fn shared(case: &Case, cells: f64) -> Self {
-        let weights: Vec<f64> = diffusion_roots(case).iter().map(|root| root.powf(0.75)).collect();
+    pub fn by_diffusion_time(case: &Case, cells: f64) -> Self {
+        let weights: Vec<f64> = sqrt_diffusion_times(case).iter().map(|root| root.powf(0.75)).collect();
         let total: f64 = weights.iter().sum();
         // Where nothing conducts the weights are NaN, which `max` ignores.
         let subdivisions = vec![1; weights.len()];
         Self {
-            plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect(),
-            cuts: subdivisions,
+            cells_per_ply: weights.iter().map(|weight| (cells * weight / total).max(MIN_CELLS_PER_PLY)).collect(),
+            subdivisions,
         }
     }
 }
 
 /// Square root of each ply's diffusion time L²ρc/k at the start, √s: zero for a ply that does not conduct, or whose
 /// extrapolated tables are negative there.
-fn diffusion_roots(case: &Case) -> Vec<f64> {
+fn sqrt_diffusion_times(case: &Case) -> Vec<f64> {
     let start_k = case.exposure.initial_k[0].1;
     let root = |ply: &case::Ply| {
         let material = &ply.material;
@@ -67,23 +67,23 @@ fn diffusion_roots(case: &Case) -> Vec<f64> {
 
 /// Depths of a ply, and the ratio of its last cell width to its first.
 #[derive(Clone, Copy, Debug)]
-struct Span {
+struct PlySpacing {
     top_m: f64,
     bottom_m: f64,
-    widening: f64,
+    expansion_ratio: f64,
 }
 
-impl Span {
+impl PlySpacing {
     /// One per ply. Fronts spread with distance and deep cells affect the sensors less: widths grow as the square root
     /// of the distance in √ of diffusion time, offset by three tenths of the total (benches/LOG.md has the alternatives
     /// tried).
-    fn all(case: &Case) -> Vec<Self> {
-        let roots = diffusion_roots(case);
-        let (mut position, mut top_m) = (AHEAD * roots.iter().sum::<f64>(), case.layup.origin_m);
+    fn of_layup(case: &Case) -> Vec<Self> {
+        let roots = sqrt_diffusion_times(case);
+        let (mut position, mut top_m) = (WIDENING_OFFSET * roots.iter().sum::<f64>(), case.layup.origin_m);
         let mut spans = Vec::with_capacity(roots.len());
         for (root, bottom_m) in roots.into_iter().zip(case.layup.faces_m()) {
             let widening = if root > 0.0 { ((position + root) / position).sqrt() } else { 1.0 };
-            spans.push(Self { top_m, bottom_m, widening });
+            spans.push(Self { top_m, bottom_m, expansion_ratio: widening });
             (position, top_m) = (position + root, bottom_m);
         }
         spans
@@ -92,45 +92,45 @@ impl Span {
     /// Depth at a share of the ply's spacings, m: widths that are linear in their number grow as the square root of the
     /// distance.
     fn depth_m(self, share: f64) -> f64 {
-        let position = share * (2.0 + share * (self.widening - 1.0)) / (self.widening + 1.0);
+        let position = share * (2.0 + share * (self.expansion_ratio - 1.0)) / (self.expansion_ratio + 1.0);
         self.top_m + position * (self.bottom_m - self.top_m)
     }
 
     /// Inverse of [`depth_m`](Self::depth_m).
     fn share(self, depth_m: f64) -> f64 {
-        let position = (depth_m - self.top_m) / (self.bottom_m - self.top_m) * (self.widening + 1.0);
-        position / (1.0 + (1.0 + position * (self.widening - 1.0)).sqrt())
+        let position = (depth_m - self.top_m) / (self.bottom_m - self.top_m) * (self.expansion_ratio + 1.0);
+        position / (1.0 + (1.0 + position * (self.expansion_ratio - 1.0)).sqrt())
     }
 }
 
 impl Grid {
     /// The cells of a density, each divided into `subdivisions`: grids of different subdivisions differ in nothing
     /// else, so that their difference estimates the discretisation error.
-    pub(super) fn new(case: &Case, density: &Density, subdivisions: usize) -> Self {
+    pub(super) fn new(case: &Case, density: &GridDensity, subdivisions: usize) -> Self {
         let plies_last = case.layup.plies.len() - 1;
         let (mut cells, mut plies) = (Vec::new(), Vec::new());
         let mut faces_m = vec![case.layup.origin_m];
-        for (ply, span) in Span::all(case).into_iter().enumerate() {
+        for (ply, span) in PlySpacing::of_layup(case).into_iter().enumerate() {
             let first = cells.len();
-            let marks_m = marks(case, span.top_m, span.bottom_m);
+            let marks_m = breakpoints_m(case, span.top_m, span.bottom_m);
             for (stretch, mark) in marks_m.windows(2).enumerate() {
                 let is_hot = ply == 0 && stretch == 0;
                 let is_back = ply == plies_last && stretch + 2 == marks_m.len();
                 let shares = [span.share(mark[0]), span.share(mark[1])];
-                let spacings = (density.plies[ply] * (shares[1] - shares[0])).round().max(2.0) as usize;
-                let units = spacings * density.cuts[ply] * subdivisions;
-                cut(&mut cells, &mut faces_m, span, shares, units, is_hot, is_back);
+                let spacings = (density.cells_per_ply[ply] * (shares[1] - shares[0])).round().max(2.0) as usize;
+                let units = spacings * density.subdivisions[ply] * subdivisions;
+                append_cells(&mut cells, &mut faces_m, span, shares, units, is_hot, is_back);
             }
             plies.push((first, cells.len()));
         }
-        join(&mut cells, case, &faces_m);
-        let sensors = case.sensors.iter().map(|sensor| place(&cells, &plies, &faces_m, sensor, case)).collect();
+        link_cells(&mut cells, case, &faces_m);
+        let sensors = case.sensors.iter().map(|sensor| locate_sensor(&cells, &plies, &faces_m, sensor, case)).collect();
         Self { cells, plies, sensors }
     }
 }
 
 /// Depths of the faces of a ply and of the sensors inside it, in order.
-fn marks(case: &Case, top_m: f64, bottom_m: f64) -> Vec<f64> {
+fn breakpoints_m(case: &Case, top_m: f64, bottom_m: f64) -> Vec<f64> {
     let close_m = 1e-9 * case.layup.back_m();
     let mut marks_m: Vec<f64> = case
         .sensors
@@ -147,10 +147,10 @@ fn marks(case: &Case, top_m: f64, bottom_m: f64) -> Vec<f64> {
 /// Append the cells of a stretch of a ply, from one share of its spacings to another. A cell at an outer face is half
 /// as wide; the other half goes to the cell at the other end, or to another cell where both ends are outer faces, so
 /// that widths in units of the spacing do not depend on the spacing.
-fn cut(
+fn append_cells(
     cells: &mut Vec<Cell<f64>>,
     faces_m: &mut Vec<f64>,
-    span: Span,
+    span: PlySpacing,
     shares: [f64; 2],
     spacings: usize,
     is_hot: bool,
@@ -187,12 +187,12 @@ fn cut(
 }
 
 /// Fill in the fields that depend on a neighbour or on the initial temperature.
-fn join(cells: &mut [Cell<f64>], case: &Case, faces_m: &[f64]) {
+fn link_cells(cells: &mut [Cell<f64>], case: &Case, faces_m: &[f64]) {
     for i in 0..cells.len() {
         if i + 1 < cells.len() {
             cells[i].half_over_next_1_m = 0.5 / (cells[i].below_m + cells[i + 1].above_m);
         }
-        cells[i].start_k = case.exposure.initial_at(faces_m[i] + cells[i].above_m);
+        cells[i].start_k = case.exposure.initial_temperature_k(faces_m[i] + cells[i].above_m);
     }
 }
 
@@ -203,13 +203,13 @@ pub(super) fn same_depth_m(case: &Case) -> f64 {
 
 /// The cell face at a sensor's depth, and its interpolation: the node of an outer face, else one side of the face or
 /// both.
-fn place(
+fn locate_sensor(
     cells: &[Cell<f64>],
     plies: &[(usize, usize)],
     faces_m: &[f64],
     sensor: &case::Sensor,
     case: &Case,
-) -> (Place<u32>, Sensor<f64>) {
+) -> (SensorLocation<u32>, Sensor<f64>) {
     let depth_m = sensor.depth_m;
     let close_m = same_depth_m(case);
     let face = faces_m
@@ -234,26 +234,26 @@ fn place(
     let is_inside = node_above < node_below;
     let (above_m, below_m) =
         if is_inside { (cells[node_above].below_m, cells[node_below].above_m) } else { (0.0, 0.0) };
-    let depth = case.factors.iter().position(|f| f.property == Property::Depth && f.group == sensor.name);
-    let (low, high) = depth.map_or((1.0, 1.0), |depth| case.factors[depth].widest());
+    let depth = case.factors.iter().position(|f| f.property == Property::SensorDepth && f.group == sensor.name);
+    let (low, high) = depth.map_or((1.0, 1.0), |depth| case.factors[depth].widest_bounds());
     let upwards = (1..=node_above).rev().map(|i| cells[i - 1].below_m + cells[i].above_m);
     let downwards = (node_below..last).map(|i| cells[i].below_m + cells[i + 1].above_m);
     let ply_of = |cell| plies.partition_point(|&(_, end)| end <= cell) as u32;
-    let place = Place {
+    let place = SensorLocation {
         cell: cell as u32,
         ply_above: ply_of(cell),
         ply_below: ply_of(cell + 1),
         depth: depth.map_or(0, |depth| depth as u32 + 1),
         node_above: node_above as u32,
-        steps_above: steps(above_m, (1.0 - low) * depth_m, upwards),
+        steps_above: node_steps_within(above_m, (1.0 - low) * depth_m, upwards),
         node_below: node_below as u32,
-        steps_below: steps(below_m, (high - 1.0) * depth_m, downwards),
+        steps_below: node_steps_within(below_m, (high - 1.0) * depth_m, downwards),
     };
     (place, Sensor { above, below, above_m, below_m, depth_m })
 }
 
 /// Number of node-to-node steps that start within `reach_m`, the first at `first_m`.
-fn steps(first_m: f64, reach_m: f64, lengths_m: impl Iterator<Item = f64>) -> u32 {
+fn node_steps_within(first_m: f64, reach_m: f64, lengths_m: impl Iterator<Item = f64>) -> u32 {
     let starts_m = lengths_m.scan(first_m, |start_m, length_m| {
         let here_m = *start_m;
         *start_m += length_m;

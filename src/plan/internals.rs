@@ -1,8 +1,8 @@
 //! Access to the fields of a plan, for the benches of the project.
 
-use super::layout::{Conduction, Place, Ply, Rows, Scaling};
-use super::readout::Readout;
-use super::{GasPath, Plan};
+use super::interpolation::RecordInterpolation;
+use super::layout::{ConductivityColumns, FaceColumns, PlanData, Ply, SensorLocation};
+use super::{GasFlowModel, Plan};
 
 /// Declares accessors.
 macro_rules! fields {
@@ -20,19 +20,19 @@ macro_rules! fields {
 }
 
 fields! {
-    rows: &Rows<f64> = |plan| &plan.rows;
+    rows: &PlanData<f64> = |plan| &plan.data;
     plies: &[Ply<u32>] = |plan| &plan.plies;
-    conductions: &[Conduction<u32>] = |plan| &plan.conductions;
-    scalings: &[Scaling<u32>; 2] = |plan| &plan.scalings;
-    places: &[Place<u32>] = |plan| &plan.places;
-    instants: &[u32] = |plan| &plan.instants;
-    readout: Option<&Readout> = |plan| plan.readout.as_ref();
-    has_depths: bool = |plan| plan.has_depths;
+    conductions: &[ConductivityColumns<u32>] = |plan| &plan.conductivity_columns;
+    scalings: &[FaceColumns<u32>; 2] = |plan| &plan.face_columns;
+    places: &[SensorLocation<u32>] = |plan| &plan.sensor_locations;
+    instants: &[u32] = |plan| &plan.record_at_step;
+    readout: Option<&RecordInterpolation> = |plan| plan.interpolation.as_ref();
+    has_depths: bool = |plan| plan.has_depth_factors;
     has_holder: bool = |plan| plan.has_holder;
-    gas: Option<GasPath> = |plan| plan.gas;
-    parts: usize = |plan| plan.parts;
-    levels: usize = |plan| plan.levels;
-    states: usize = |plan| plan.states;
+    gas: Option<GasFlowModel> = |plan| plan.gas;
+    parts: usize = |plan| plan.conductivity_parts;
+    levels: usize = |plan| plan.pressure_levels;
+    states: usize = |plan| plan.max_states;
     records: usize = |plan| plan.records;
     factors: usize = |plan| plan.factors;
 }

@@ -80,7 +80,7 @@ rows! {
     }
 
     /// Boundary forcing of a face at one end of a step.
-    real Drive {
+    real BoundaryForcing {
         flux_w_m2,
         radiant_w_m2,
         gas_k,
@@ -107,7 +107,7 @@ rows! {
     /// Location of a sensor: the cell above its face, the plies of that cell and the next, and the factor column of its
     /// depth. With a depth factor also the nearest nodes above and below the face, and how many node-to-node steps the
     /// bounds of the factor reach on either side.
-    u32 Place { cell, ply_above, ply_below, depth, node_above, steps_above, node_below, steps_below }
+    u32 SensorLocation { cell, ply_above, ply_below, depth, node_above, steps_above, node_below, steps_below }
 
     /// First-order lag of a thermocouple bead over a step: weights of the readings at the start and at the end.
     real Bead { start, end }
@@ -143,7 +143,7 @@ rows! {
     }
 
     /// Factor columns of the conductivity of a state of a ply: of the total, and of each part.
-    u32 Conduction {
+    u32 ConductivityColumns {
         whole,
         solid,
         gas,
@@ -153,10 +153,10 @@ rows! {
     }
 
     /// Factor columns of a face.
-    u32 Scaling { heating, film, exchange, emissivity }
+    u32 FaceColumns { heating, film, exchange, emissivity }
 
     /// Constants of a ply.
-    real Bulk {
+    real BulkProperties {
         /// Density of the virgin material.
         density_kg_m3,
         /// Relative loss of thickness at complete reaction.
@@ -170,7 +170,7 @@ rows! {
     }
 
     /// Properties of a state of a ply: virgin or a residue.
-    real Substance {
+    real StateProperties {
         /// Mass of this state per mass of the virgin material that it has replaced.
         remains,
         porosity,
@@ -204,7 +204,7 @@ rows! {
     }
 
     /// The states that a reaction of a ply consumes and produces.
-    u32 Path { source, product }
+    u32 ReactionPath { source, product }
 }
 
 /// Temperature of the first node of every table, K.
@@ -214,35 +214,35 @@ pub const TABLE_STEP_K: f64 = 5.0;
 /// Nodes of every table. A member above the last node, 4,000 K, has diverged.
 pub const TABLE_NODES: usize = 801;
 /// Table columns per vector load: two properties, each as its value at a node and its increment to the next node.
-pub const ABREAST: usize = 4;
+pub const COLUMNS_PER_LOAD: usize = 4;
 /// Properties in the table of the faces before the emissivities of the hot face and of the back face in each state:
 /// enthalpy of air relative to the cold wall (J/kg) and its slope (J/kg/K).
 pub const AIR_PROPERTIES: usize = 2;
 /// Columns of the table of the faces.
-pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * STATES_MAX);
+pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * MAX_STATES);
 /// Gas columns at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant (kg K/J) and
 /// viscosity (Pa s).
 pub const GAS_COLUMNS: usize = 2 * 4;
 /// Maximum number of states of a ply.
-pub const STATES_MAX: usize = 4;
+pub const MAX_STATES: usize = 4;
 /// Pressure levels in the tables of a case with varying pressure.
-pub const LEVELS_MAX: usize = 17;
+pub const MAX_PRESSURE_LEVELS: usize = 17;
 /// Gauges of a layup at every instant, in a case with gas.
 pub const GAUGES: usize = 6;
 
 /// Accumulated heats of a member: in and out through the hot face and the back face, from and to the holder.
-pub const HEATS: usize = 6;
+pub const HEAT_TOTALS: usize = 6;
 
 /// Marks a step that ends on no instant.
 pub const NO_INSTANT: u32 = u32::MAX;
 
 /// The real-valued data of a plan, in the scalar of a march.
 #[derive(Clone, Debug)]
-pub struct Rows<S> {
+pub struct PlanData<S> {
     pub cells: Vec<Cell<S>>,
-    pub bulks: Vec<Bulk<S>>,
+    pub bulk_properties: Vec<BulkProperties<S>>,
     /// Ply × state.
-    pub substances: Vec<Substance<S>>,
+    pub state_properties: Vec<StateProperties<S>>,
     /// Ply × reaction.
     pub reactions: Vec<Reaction<S>>,
     /// Contact resistance of each interface, m²K/W.
@@ -250,8 +250,8 @@ pub struct Rows<S> {
     /// Hot face, back face.
     pub faces: [Face<S>; 2],
     /// Four a step: hot face at its start and end, back face at its start and end; then four for the end of the march.
-    pub drives: Vec<Drive<S>>,
-    pub lengths_s: Vec<S>,
+    pub boundary_forcing: Vec<BoundaryForcing<S>>,
+    pub step_lengths_s: Vec<S>,
     /// Ply × pressure level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI.
     /// Where the conductivity is in parts, its first column is the solid part, and (radiative, its slope, gas, its
     /// slope) follow. Each row ends with the gas properties, if the case has gas. Each property is a pair: value at the
@@ -263,18 +263,18 @@ pub struct Rows<S> {
     pub beads: Vec<Bead<S>>,
 }
 
-impl<S: Copy> Rows<S> {
+impl<S: Copy> PlanData<S> {
     /// The same data in another scalar.
-    pub fn map<T>(&self, each: impl Fn(S) -> T + Copy) -> Rows<T> {
-        Rows {
+    pub fn map<T>(&self, each: impl Fn(S) -> T + Copy) -> PlanData<T> {
+        PlanData {
             cells: self.cells.iter().map(|row| row.map(each)).collect(),
-            bulks: self.bulks.iter().map(|row| row.map(each)).collect(),
-            substances: self.substances.iter().map(|row| row.map(each)).collect(),
+            bulk_properties: self.bulk_properties.iter().map(|row| row.map(each)).collect(),
+            state_properties: self.state_properties.iter().map(|row| row.map(each)).collect(),
             reactions: self.reactions.iter().map(|row| row.map(each)).collect(),
             contacts_m2_k_w: self.contacts_m2_k_w.iter().map(|&x| each(x)).collect(),
             faces: [self.faces[0].map(each), self.faces[1].map(each)],
-            drives: self.drives.iter().map(|row| row.map(each)).collect(),
-            lengths_s: self.lengths_s.iter().map(|&x| each(x)).collect(),
+            boundary_forcing: self.boundary_forcing.iter().map(|row| row.map(each)).collect(),
+            step_lengths_s: self.step_lengths_s.iter().map(|&x| each(x)).collect(),
             tables: self.tables.iter().map(|&x| each(x)).collect(),
             sensors: self.sensors.iter().map(|row| row.map(each)).collect(),
             beads: self.beads.iter().map(|row| row.map(each)).collect(),

@@ -4,45 +4,47 @@
 //! linear interpolation; every boundary schedule becomes four rows a step; every scaled quantity refers to a factor
 //! column of the ensemble, and unscaled quantities refer to column 0, which is one.
 
-mod clock;
-mod columns;
 mod consistency;
+mod factor_columns;
 mod forcing;
 mod grid;
 #[cfg(feature = "internals")]
 mod internals;
 #[cfg(not(feature = "internals"))]
 #[expect(unreachable_pub, reason = "public with the feature `internals`")]
+mod interpolation;
+#[cfg(feature = "internals")]
+pub mod interpolation;
+#[cfg(not(feature = "internals"))]
+#[expect(unreachable_pub, reason = "public with the feature `internals`")]
 pub(crate) mod layout;
 #[cfg(feature = "internals")]
 #[expect(missing_docs, reason = "not part of the public interface")]
 pub mod layout;
-#[cfg(not(feature = "internals"))]
-#[expect(unreachable_pub, reason = "public with the feature `internals`")]
-mod readout;
-#[cfg(feature = "internals")]
-pub mod readout;
-mod same_instant;
-mod steps;
-mod substances;
+mod ply_data;
+mod step_data;
 mod tables;
+mod time_grid;
+mod time_tolerance;
 
-pub use crate::case::GasPath;
+pub use crate::case::GasFlowModel;
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
 use crate::traces::Gauge;
-pub use clock::{Clock, GRADING, Growth, Pace, Slice};
-use columns::{column, conductions};
 pub use consistency::InconsistentPlan;
+use factor_columns::{conductivity_columns, factor_column};
 use forcing::Forcing;
-pub use grid::Density;
 use grid::Grid;
-use layout::{Conduction, FACE_COLUMNS, Path, Place, Ply, Rows, Scaling, TABLE_NODES};
-use readout::Readout;
+pub use grid::GridDensity;
+use interpolation::RecordInterpolation;
+use layout::{
+    ConductivityColumns, FACE_COLUMNS, FaceColumns, PlanData, Ply, ReactionPath, SensorLocation, TABLE_NODES,
+};
+use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_properties};
 use std::sync::Arc;
-use steps::{beads, instants};
-use substances::{bulk, paths, plies, reactions, substances};
-use tables::{Tables, states};
+use step_data::{lag_weights, records_at_steps};
+use tables::{Tables, state_count};
+pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeStepControl};
 
 /// Estimated discretisation error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
 /// the instants; for other gauges relative to their peak, at every instant.
@@ -61,12 +63,12 @@ pub struct GaugeError {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Reached {
+pub struct ErrorEstimate {
     /// The tolerance of the case.
     pub tolerance_k: f64,
     /// Error of the nominal member.
     pub nominal_k: f64,
-    /// The largest error of the members at corners of the factors' small bounds that completed; `None` without factors.
+    /// The largest error of the members at corners of the factors' small bounds that completed; `Scalar` without factors.
     pub corners_k: Option<f64>,
     /// Gauges of the nominal member; empty without decomposition and gas flow.
     pub gauges: Vec<GaugeError>,
@@ -76,9 +78,9 @@ pub struct Reached {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Discretisation {
     /// Cells of each ply.
-    pub density: Density,
+    pub grid: GridDensity,
     /// Time steps.
-    pub pace: Pace,
+    pub time_steps: TimeStepControl,
 }
 
 impl Discretisation {
@@ -86,11 +88,11 @@ impl Discretisation {
     #[must_use]
     pub fn refined(&self, times: usize) -> Self {
         let mut finer = self.clone();
-        finer.density.cuts.iter_mut().for_each(|parts| *parts *= times);
-        if finer.pace.slices.is_empty() {
-            finer.pace.slices.push(Slice { from_s: 0.0, density: 1.0, cuts: 1 });
+        finer.grid.subdivisions.iter_mut().for_each(|parts| *parts *= times);
+        if finer.time_steps.segments.is_empty() {
+            finer.time_steps.segments.push(TimeSegment { start_s: 0.0, step_density: 1.0, subdivisions: 1 });
         }
-        finer.pace.slices.iter_mut().for_each(|segment| segment.cuts *= times);
+        finer.time_steps.segments.iter_mut().for_each(|segment| segment.subdivisions *= times);
         finer
     }
 }
@@ -101,7 +103,7 @@ pub struct Plan {
     /// The resolution in space and time.
     pub(crate) discretisation: Discretisation,
     /// Estimated discretisation error, where an adaptation estimated it.
-    pub(crate) reached: Option<Reached>,
+    pub(crate) error_estimate: Option<ErrorEstimate>,
     /// The plan with half the cells and half the steps, with the same instants; it has no coarser one itself.
     pub(crate) coarse: Option<Box<Self>>,
     /// Times at which the sensors are read, s; the first is zero.
@@ -109,49 +111,49 @@ pub struct Plan {
     /// End of each step, s, after a first entry of zero.
     pub(crate) times_s: Vec<f64>,
     /// Number of the record at each of `times_s`, or [`NO_INSTANT`](layout::NO_INSTANT).
-    pub(crate) instants: Vec<u32>,
+    pub(crate) record_at_step: Vec<u32>,
     /// Records of every sensor in a march.
     pub(crate) records: usize,
-    /// Interpolation from records to instants; `None` where they coincide.
-    pub(crate) readout: Option<Readout>,
+    /// Interpolation from records to instants; `Scalar` where they coincide.
+    pub(crate) interpolation: Option<RecordInterpolation>,
     /// Sensors on faces whose temperature is prescribed.
     pub(crate) held_readings: Vec<HeldReading>,
     pub(crate) plies: Vec<Ply<u32>>,
     /// Ply × state.
-    pub(crate) conductions: Vec<Conduction<u32>>,
+    pub(crate) conductivity_columns: Vec<ConductivityColumns<u32>>,
     /// Factor columns of the hot face and of the back face.
-    pub(crate) scalings: [Scaling<u32>; 2],
+    pub(crate) face_columns: [FaceColumns<u32>; 2],
     /// Location of each sensor.
-    pub(crate) places: Vec<Place<u32>>,
+    pub(crate) sensor_locations: Vec<SensorLocation<u32>>,
     /// Whether a factor scales the depth of a sensor; the march skips displaced readings otherwise.
-    pub(crate) has_depths: bool,
+    pub(crate) has_depth_factors: bool,
     /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
     /// where a factor on density scales extinction. Three: solid, gas and radiative, where a factor scales a part.
-    pub(crate) parts: usize,
+    pub(crate) conductivity_parts: usize,
     /// Pressure levels in the tables: one where the pressure is constant.
-    pub(crate) levels: usize,
+    pub(crate) pressure_levels: usize,
     /// The pressure at the middle level, Pa.
-    pub(crate) middle_pa: f64,
+    pub(crate) middle_level_pa: f64,
     /// Maximum number of states of a ply, and of reactions.
-    pub(crate) states: usize,
-    pub(crate) reactions: usize,
+    pub(crate) max_states: usize,
+    pub(crate) max_reactions: usize,
     /// The states that each reaction consumes and produces.
-    pub(crate) paths: Vec<Path<u32>>,
-    /// Gas transport model; `None` without gas.
-    pub(crate) gas: Option<GasPath>,
+    pub(crate) reaction_paths: Vec<ReactionPath<u32>>,
+    /// Gas transport model; `Scalar` without gas.
+    pub(crate) gas: Option<GasFlowModel>,
     /// Whether gauges are recorded at every instant, in a case with gas: see [`Plan::without_gauges`].
     pub(crate) has_gauges: bool,
     /// Whether the back face is permeable to gas.
     pub(crate) back_is_open: bool,
     /// Faces that are not insulated, counted from the hot face: 2, or 1 where the march skips the back face.
-    pub(crate) open_faces: usize,
+    pub(crate) exchanging_faces: usize,
     /// Whether a holder takes heat sideways; the march skips it otherwise.
     pub(crate) has_holder: bool,
     /// Number of factors; an ensemble has one column more.
     pub(crate) factors: usize,
     /// Range of temperatures in which each ply's tables that refuse extrapolation are valid, K.
-    pub(crate) allowed_k: Vec<(f64, f64)>,
-    pub(crate) rows: Rows<f64>,
+    pub(crate) table_limits_k: Vec<(f64, f64)>,
+    pub(crate) data: PlanData<f64>,
     /// The schedules of the exposure, shared by plans of one case.
     forcing: Arc<Forcing>,
 }
@@ -171,111 +173,117 @@ pub(crate) struct HeldReading {
 impl Plan {
     /// The plan at the resolution that a case specifies, and at half of it.
     pub fn new(case: &Case) -> Self {
-        Self::cut(case, Self::stated(case))
+        Self::with_discretisation(case, Self::specified(case))
     }
 
     /// The specified resolution with each cell and each step divided into `cells` and `steps` parts, without a coarser
     /// plan: for convergence studies with exact refinement ratios.
-    pub fn finer(case: &Case, cells: usize, steps: usize) -> Self {
-        let mut stated = Self::stated(case);
-        stated.density.cuts.fill(2 * cells);
-        stated.pace.slices = vec![Slice { from_s: 0.0, density: 1.0, cuts: 2 * steps }];
-        Self::of(case, &stated, 1, &Tables::new(case), &Arc::new(Forcing::new(case)))
+    pub fn with_refinement(case: &Case, cells: usize, steps: usize) -> Self {
+        let mut stated = Self::specified(case);
+        stated.grid.subdivisions.fill(2 * cells);
+        stated.time_steps.segments = vec![TimeSegment { start_s: 0.0, step_density: 1.0, subdivisions: 2 * steps }];
+        Self::build(case, &stated, 1, &Tables::new(case), &Arc::new(Forcing::new(case)))
     }
 
-    fn stated(case: &Case) -> Discretisation {
-        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
-        Discretisation { density, pace: Pace::slowed(&case.resolution, 2.0) }
+    fn specified(case: &Case) -> Discretisation {
+        let density = GridDensity::by_diffusion_time(case, 0.5 * case.resolution.cells as f64);
+        Discretisation { grid: density, time_steps: TimeStepControl::scaled(&case.resolution, 2.0) }
     }
 
     /// The plan of a case at a discretisation with each cell and step halved; its coarse plan is the discretisation
     /// itself.
-    pub fn cut(case: &Case, discretisation: Discretisation) -> Self {
-        Self::sharing(case, discretisation, &Tables::new(case), &Arc::new(Forcing::new(case)))
+    pub fn with_discretisation(case: &Case, discretisation: Discretisation) -> Self {
+        Self::with_shared_tables(case, discretisation, &Tables::new(case), &Arc::new(Forcing::new(case)))
     }
 
     /// The time grid of a step rule for this case, each step divided into `subdivisions`.
-    pub fn clock(&self, case: &Case, control: &Pace, subdivisions: usize) -> Clock {
-        Clock::new(case, &self.forcing, control, subdivisions)
+    pub fn time_grid(&self, case: &Case, control: &TimeStepControl, subdivisions: usize) -> TimeGrid {
+        TimeGrid::new(case, &self.forcing, control, subdivisions)
     }
 
     /// The plan of the same case at another discretisation. Tables and schedules do not depend on it and are shared:
     /// building the tables takes about as long as marching a member, and an adaptation tries a hundred plans.
-    pub fn recut(&self, case: &Case, discretisation: Discretisation) -> Self {
+    pub fn rediscretised(&self, case: &Case, discretisation: Discretisation) -> Self {
         let places = self.plies.iter().map(|ply| ply.table as usize).collect();
-        let tables = Tables { words: Arc::clone(&self.rows.tables), places };
-        let plan = Self::sharing(case, discretisation, &tables, &self.forcing);
+        let tables = Tables { values: Arc::clone(&self.data.tables), offsets: places };
+        let plan = Self::with_shared_tables(case, discretisation, &tables, &self.forcing);
         if self.has_gauges { plan } else { plan.without_gauges() }
     }
 
-    fn sharing(case: &Case, discretisation: Discretisation, tables: &Tables, forcing: &Arc<Forcing>) -> Self {
-        let [coarse, fine] = [1, 2].map(|subdivisions| Self::of(case, &discretisation, subdivisions, tables, forcing));
+    fn with_shared_tables(
+        case: &Case,
+        discretisation: Discretisation,
+        tables: &Tables,
+        forcing: &Arc<Forcing>,
+    ) -> Self {
+        let [coarse, fine] =
+            [1, 2].map(|subdivisions| Self::build(case, &discretisation, subdivisions, tables, forcing));
         Self { coarse: Some(Box::new(coarse)), ..fine }
     }
 
-    fn of(
+    fn build(
         case: &Case,
         discretisation: &Discretisation,
         subdivisions: usize,
         tables: &Tables,
         forcing: &Arc<Forcing>,
     ) -> Self {
-        let grid = Grid::new(case, &discretisation.density, subdivisions);
-        let time_grid = Clock::new(case, forcing, &discretisation.pace, subdivisions);
-        let (instants, records) = match &time_grid.readout {
-            None => (instants(&time_grid), time_grid.instants_s.len()),
+        let grid = Grid::new(case, &discretisation.grid, subdivisions);
+        let time_grid = TimeGrid::new(case, forcing, &discretisation.time_steps, subdivisions);
+        let (instants, records) = match &time_grid.interpolation {
+            None => (records_at_steps(&time_grid), time_grid.instants_s.len()),
             Some(_) => ((0..time_grid.times_s.len() as u32).collect(), time_grid.times_s.len()),
         };
-        let conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductions(case, ply)).collect();
-        let parts = tables::parts(case);
-        let (levels, middle_pa) = tables::levels(case);
-        let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
+        let conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductivity_columns(case, ply)).collect();
+        let parts = tables::conductivity_parts(case);
+        let (levels, middle_pa) = tables::pressure_levels(case);
+        let states = case.layup.plies.iter().map(|ply| state_count(&ply.material)).max().unwrap_or(1);
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
         let duration_s = time_grid.times_s.last().map_or(0.0, |end_s| end_s - time_grid.times_s[0]);
-        let rows = Rows {
-            bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
-            substances: case.layup.plies.iter().flat_map(|ply| substances(&ply.material)).collect(),
+        let rows = PlanData {
+            bulk_properties: case.layup.plies.iter().map(|ply| bulk_properties(&ply.material, holder_w_m3_k)).collect(),
+            state_properties: case.layup.plies.iter().flat_map(|ply| state_properties(&ply.material)).collect(),
             reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material, duration_s)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
-            drives: forcing.drives(&time_grid.times_s),
-            lengths_s: time_grid.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
-            tables: Arc::clone(&tables.words),
+            boundary_forcing: forcing.at_step_ends(&time_grid.times_s),
+            step_lengths_s: time_grid.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
+            tables: Arc::clone(&tables.values),
             sensors,
-            beads: beads(case, &time_grid),
+            beads: lag_weights(case, &time_grid),
             cells: grid.cells,
         };
         Self {
             discretisation: discretisation.clone(),
             coarse: None,
-            reached: None,
-            instants,
+            error_estimate: None,
+            record_at_step: instants,
             records,
-            readout: time_grid.readout,
+            interpolation: time_grid.interpolation,
             held_readings: held_readings(case, &places, forcing, &time_grid.times_s, &time_grid.instants_s),
-            plies: plies(case, &grid.plies, &tables.places, parts),
-            conductions,
-            scalings: scalings(case),
-            has_depths: places.iter().any(|place| place.depth > 0),
-            places,
-            parts,
-            levels,
-            middle_pa,
-            states,
-            reactions: case.layup.plies.iter().map(|ply| paths(&ply.material).len()).max().unwrap_or(0),
-            paths: case.layup.plies.iter().flat_map(|ply| paths(&ply.material)).collect(),
-            gas: case.gas.as_ref().map(|flow| flow.path),
+            plies: ply_rows(case, &grid.plies, &tables.offsets, parts),
+            conductivity_columns: conductions,
+            face_columns: face_columns(case),
+            has_depth_factors: places.iter().any(|place| place.depth > 0),
+            sensor_locations: places,
+            conductivity_parts: parts,
+            pressure_levels: levels,
+            middle_level_pa: middle_pa,
+            max_states: states,
+            max_reactions: case.layup.plies.iter().map(|ply| reaction_paths(&ply.material).len()).max().unwrap_or(0),
+            reaction_paths: case.layup.plies.iter().flat_map(|ply| reaction_paths(&ply.material)).collect(),
+            gas: case.gas.as_ref().map(|flow| flow.model),
             has_gauges: case.gas.is_some(),
             back_is_open: case.exposure.back_pressure_pa.is_some(),
-            open_faces: match &case.exposure.back_face {
+            exchanging_faces: match &case.exposure.back_face {
                 Face::Open(back) if back.is_insulated() => 1,
                 _ => 2,
             },
             has_holder: case.exposure.holder.is_some(),
             factors: case.factors.len(),
-            allowed_k: case.layup.plies.iter().map(|ply| allowed(&ply.material)).collect(),
-            rows,
+            table_limits_k: case.layup.plies.iter().map(|ply| table_limits(&ply.material)).collect(),
+            data: rows,
             forcing: Arc::clone(forcing),
             instants_s: time_grid.instants_s,
             times_s: time_grid.times_s,
@@ -288,11 +296,11 @@ impl Plan {
     }
 
     /// Estimated discretisation errors, where an adaptation estimated them.
-    pub fn reached(&self) -> Option<&Reached> {
-        self.reached.as_ref()
+    pub fn error_estimate(&self) -> Option<&ErrorEstimate> {
+        self.error_estimate.as_ref()
     }
 
-    /// The plan with half the cells and half the steps, with the same instants; `None` for a coarse plan.
+    /// The plan with half the cells and half the steps, with the same instants; `Scalar` for a coarse plan.
     pub fn coarse(&self) -> Option<&Self> {
         self.coarse.as_deref()
     }
@@ -309,22 +317,22 @@ impl Plan {
 
     /// Steps of a march.
     pub fn steps(&self) -> usize {
-        self.rows.lengths_s.len()
+        self.data.step_lengths_s.len()
     }
 
     /// Cells through the thickness.
     pub fn cells(&self) -> usize {
-        self.rows.cells.len()
+        self.data.cells.len()
     }
 
     /// Properties of a state in a table row.
     pub fn properties(&self) -> usize {
-        tables::properties(self.parts)
+        tables::properties_per_state(self.conductivity_parts)
     }
 
     /// Offset of the table of the faces.
     pub fn face_table(&self) -> usize {
-        self.rows.tables.len() - TABLE_NODES * FACE_COLUMNS
+        self.data.tables.len() - TABLE_NODES * FACE_COLUMNS
     }
 
     /// Number of gauges recorded at every instant: all, or none.
@@ -343,7 +351,7 @@ impl Plan {
 
 fn held_readings(
     case: &Case,
-    places: &[Place<u32>],
+    places: &[SensorLocation<u32>],
     forcing: &Forcing,
     times_s: &[f64],
     instants_s: &[f64],
@@ -365,25 +373,25 @@ fn held_readings(
     .collect()
 }
 
-fn scalings(case: &Case) -> [Scaling<u32>; 2] {
+fn face_columns(case: &Case) -> [FaceColumns<u32>; 2] {
     let emissivity = |face: &Face, ply: Option<&crate::case::Ply>| match (face, ply) {
         (Face::Open(OpenFace { emissivity: Emissivity::Material, .. }), Some(ply)) => {
-            column(case, &ply.name, Property::Emissivity)
+            factor_column(case, &ply.name, Property::Emissivity)
         }
         _ => 0,
     };
     let exposure = &case.exposure;
-    let heating = column(case, "", Property::Heating);
-    let film_heats = matches!(&exposure.hot_face, Face::Open(open) if open.film_heats);
-    let loss = column(case, "", Property::Loss);
+    let heating = factor_column(case, "", Property::Heating);
+    let film_heats = matches!(&exposure.hot_face, Face::Open(open) if open.heating_scales_film);
+    let loss = factor_column(case, "", Property::BackFaceLoss);
     [
-        Scaling {
+        FaceColumns {
             heating,
             film: if film_heats { heating } else { 0 },
             exchange: 0,
             emissivity: emissivity(&exposure.hot_face, case.layup.plies.first()),
         },
-        Scaling {
+        FaceColumns {
             heating: 0,
             film: loss,
             exchange: loss,
@@ -410,10 +418,10 @@ fn face(face: &Face) -> layout::Face<f64> {
 }
 
 /// The range of temperatures in which all tables of a material that refuse extrapolation are valid, K.
-fn allowed(material: &Material) -> (f64, f64) {
+fn table_limits(material: &Material) -> (f64, f64) {
     let mut allowed_k = (f64::NEG_INFINITY, f64::INFINITY);
     let mut narrow = |table: &Table| {
-        if table.outside == OutOfRange::Refuse {
+        if table.outside == OutOfRange::Error {
             let (low, high) = table.range_k();
             allowed_k = (allowed_k.0.max(low), allowed_k.1.min(high));
         }

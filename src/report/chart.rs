@@ -4,13 +4,13 @@
 
 mod corner;
 
-use super::figure::{Axis, Figure, Ink, Layer, Scale, Stroke, decades, diverging, rising};
-use super::{contour, words};
+use super::figure::{Axis, Figure, Ink, Layer, Scale, Stroke, diverging_colour, log_ticks, sequential_colour};
+use super::{contour, format};
 use serde_json::{Value, json};
 
 /// `{"traces": […], "layout": {…}}`.
 pub(super) fn draw(figure: &Figure) -> Value {
-    if let [Layer::Corner { variables, regions }] = figure.layers.as_slice() {
+    if let [Layer::CornerPlot { variables, regions }] = figure.layers.as_slice() {
         return corner::draw(variables, regions);
     }
     let mut traces = Vec::new();
@@ -18,7 +18,7 @@ pub(super) fn draw(figure: &Figure) -> Value {
     for layer in &figure.layers {
         match layer {
             Layer::Line { name, ink, stroke, x, y } => {
-                traces.push(named(
+                traces.push(with_name(
                     name,
                     json!({
                         "type": "scatter", "mode": "lines", "x": numbers(x), "y": numbers(y),
@@ -37,7 +37,7 @@ pub(super) fn draw(figure: &Figure) -> Value {
                         "color": faded(*ink, 0.6),
                     });
                 }
-                traces.push(named(name, trace));
+                traces.push(with_name(name, trace));
             }
             Layer::Band { name, ink, opacity, x, low, high } => {
                 let x = numbers(x);
@@ -52,10 +52,10 @@ pub(super) fn draw(figure: &Figure) -> Value {
                     "fillcolor": faded(*ink, *opacity),
                 }));
             }
-            Layer::Shares { x, parts } => {
+            Layer::StackedAreas { x, parts } => {
                 let x = numbers(x);
                 for part in parts {
-                    traces.push(named(
+                    traces.push(with_name(
                         &part.name,
                         json!({
                             "type": "scatter", "mode": "lines", "x": x, "y": numbers(&part.values),
@@ -66,13 +66,13 @@ pub(super) fn draw(figure: &Figure) -> Value {
                     ));
                 }
             }
-            Layer::Window { name, from, to } => {
+            Layer::Interval { name, from, to } => {
                 shapes.push(json!({
                     "type": "rect", "xref": "x", "yref": "paper", "x0": from, "x1": to, "y0": 0, "y1": 1,
                     "layer": "below", "line": {"width": 0}, "fillcolor": faded(Ink::Series(4), 0.12),
                 }));
                 // Shapes have no legend entry: an empty trace provides it.
-                traces.push(named(
+                traces.push(with_name(
                     name,
                     json!({
                         "type": "scatter", "mode": "markers", "x": [null], "y": [null], "hoverinfo": "skip",
@@ -80,15 +80,16 @@ pub(super) fn draw(figure: &Figure) -> Value {
                     }),
                 ));
             }
-            Layer::Cells { values } => traces.push(cells(figure, values)),
+            Layer::Heatmap { values } => traces.push(heatmap(figure, values)),
             // Drawn by `corner`.
-            Layer::Corner { .. } => {}
+            Layer::CornerPlot { .. } => {}
             Layer::Contours { name, x, y, values, levels } => {
-                let lines = contour::lines(x, y, values, levels);
-                traces.extend(levels.iter().zip(&lines).map(|(level, lines)| level_line(name, levels, *level, lines)));
-                traces.push(level_key(name, levels));
+                let lines = contour::log_contours(x, y, values, levels);
+                traces
+                    .extend(levels.iter().zip(&lines).map(|(level, lines)| contour_line(name, levels, *level, lines)));
+                traces.push(colour_bar(name, levels));
             }
-            Layer::Whiskers { name, ink, percentiles } => {
+            Layer::BoxPlot { name, ink, percentiles } => {
                 let of = |index: usize| -> Vec<f64> { percentiles.iter().map(|p| p[index]).collect() };
                 let places: Vec<f64> = (0..percentiles.len()).map(|index| index as f64).collect();
                 let bar = |low: usize, high: usize, thickness: u32, opacity: f64| {
@@ -105,8 +106,8 @@ pub(super) fn draw(figure: &Figure) -> Value {
                         },
                     })
                 };
-                traces.push(named("", bar(0, 4, 2, 1.0)));
-                traces.push(named(name, bar(1, 3, 12, 0.8)));
+                traces.push(with_name("", bar(0, 4, 2, 1.0)));
+                traces.push(with_name(name, bar(1, 3, 12, 0.8)));
             }
         }
     }
@@ -137,17 +138,17 @@ fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
     });
     match &axis.scale {
         Scale::Linear => {}
-        Scale::Whole => out["tickformat"] = json!(",d"),
+        Scale::Integer => out["tickformat"] = json!(",d"),
         Scale::Log => {
             out["type"] = json!("log");
             let (low, high) = extent;
-            let ticks = decades(low.log10() - 1.0, high.log10() + 1.0);
+            let ticks = log_ticks(low.log10() - 1.0, high.log10() + 1.0);
             out["tickmode"] = json!("array");
             out["tickvals"] = json!(ticks.iter().map(|tick| 10_f64.powf(*tick)).collect::<Vec<f64>>());
             out["ticktext"] =
-                json!(ticks.iter().map(|tick| words::significant(10_f64.powf(*tick), 1)).collect::<Vec<String>>());
+                json!(ticks.iter().map(|tick| format::significant(10_f64.powf(*tick), 1)).collect::<Vec<String>>());
         }
-        Scale::Names(names) => {
+        Scale::Categories(names) => {
             out["type"] = json!("linear");
             out["tickmode"] = json!("array");
             out["tickvals"] = json!((0..names.len()).collect::<Vec<usize>>());
@@ -162,19 +163,19 @@ fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
     }
     if let Some((low, high)) = axis.range {
         // Rows of a matrix run downwards.
-        let down = vertical && matches!(axis.scale, Scale::Names(_));
+        let down = vertical && matches!(axis.scale, Scale::Categories(_));
         out["range"] = if down { json!([high, low]) } else { json!([low, high]) };
     }
     out
 }
 
-fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
-    let names: &[String] = if let Scale::Names(names) = &figure.y.scale { names } else { &[] };
+fn heatmap(figure: &Figure, values: &[Vec<f64>]) -> Value {
+    let names: &[String] = if let Scale::Categories(names) = &figure.y.scale { names } else { &[] };
     let labels: Vec<Vec<String>> = values
         .iter()
         .map(|row| row.iter().map(|v| if v.is_finite() { format!("{v:.2}") } else { "–".to_owned() }).collect())
         .collect();
-    let stop = |value: f64| json!([0.5 + 0.5 * value, css(diverging(value))]);
+    let stop = |value: f64| json!([0.5 + 0.5 * value, css(diverging_colour(value))]);
     let pairs: Vec<Vec<String>> = (0..values.len())
         .map(|row| {
             let other = |column: usize| names.get(column).map_or("", String::as_str);
@@ -191,24 +192,24 @@ fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
 }
 
 /// One contour level, from the lines of the static image: the contours of plotly require a rectangular grid.
-fn level_line(name: &str, levels: &[f64], level: f64, lines: &[contour::Line]) -> Value {
-    let (first, last) = logarithms(levels);
+fn contour_line(name: &str, levels: &[f64], level: f64, lines: &[contour::Line]) -> Value {
+    let (first, last) = log_range(levels);
     let share = if last > first { (level.log10() - first) / (last - first) } else { 0.0 };
     let each = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
         lines.iter().flat_map(|line| line.iter().map(of).chain([f64::NAN])).collect()
     };
     json!({
         "type": "scatter", "mode": "lines", "x": numbers(&each(|at| at.0)), "y": numbers(&each(|at| at.1)),
-        "line": {"width": 2, "color": css(rising(share))}, "showlegend": false, "name": escaped(name),
-        "hovertemplate": format!("{} = {}<extra></extra>", escaped(name), words::significant(level, 3)),
+        "line": {"width": 2, "color": css(sequential_colour(share))}, "showlegend": false, "name": escaped(name),
+        "hovertemplate": format!("{} = {}<extra></extra>", escaped(name), format::significant(level, 3)),
     })
 }
 
 /// The colour bar of the levels, on a trace without points.
-fn level_key(name: &str, levels: &[f64]) -> Value {
-    let (first, last) = logarithms(levels);
+fn colour_bar(name: &str, levels: &[f64]) -> Value {
+    let (first, last) = log_range(levels);
     let shown = levels.iter().step_by(2);
-    let stops = (0..=6).map(|n| f64::from(n) / 6.0).map(|t| json!([t, css(rising(t))]));
+    let stops = (0..=6).map(|n| f64::from(n) / 6.0).map(|t| json!([t, css(sequential_colour(t))]));
     json!({
         "type": "scatter", "mode": "markers", "x": [null], "y": [null], "hoverinfo": "skip", "showlegend": false,
         "marker": {
@@ -217,18 +218,18 @@ fn level_key(name: &str, levels: &[f64]) -> Value {
             "colorbar": {
                 "title": {"text": escaped(name), "side": "right"}, "thickness": 12,
                 "tickvals": shown.clone().map(|level| level.log10()).collect::<Vec<f64>>(),
-                "ticktext": shown.map(|level| words::significant(*level, 2)).collect::<Vec<String>>(),
+                "ticktext": shown.map(|level| format::significant(*level, 2)).collect::<Vec<String>>(),
             },
         },
     })
 }
 
 /// Decimal logarithms of the first and the last level.
-fn logarithms(levels: &[f64]) -> (f64, f64) {
+fn log_range(levels: &[f64]) -> (f64, f64) {
     (levels.first().map_or(0.0, |level| level.log10()), levels.last().map_or(1.0, |level| level.log10()))
 }
 
-fn named(name: &str, mut trace: Value) -> Value {
+fn with_name(name: &str, mut trace: Value) -> Value {
     trace["name"] = json!(escaped(name));
     trace["showlegend"] = json!(!name.is_empty());
     if name.is_empty() && trace.get("hovertemplate").is_none() {
@@ -287,7 +288,7 @@ mod tests {
         for figure in figures::all(&outcomes.answers("study")) {
             let text = draw(&figure).to_string();
             for layer in &figure.layers {
-                if let Layer::Line { name, .. } | Layer::Points { name, .. } | Layer::Window { name, .. } = layer {
+                if let Layer::Line { name, .. } | Layer::Points { name, .. } | Layer::Interval { name, .. } = layer {
                     assert!(text.contains(&escaped(name)), "{} lacks {name}", figure.id);
                 }
             }

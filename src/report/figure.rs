@@ -6,7 +6,7 @@ pub(super) struct Figure {
     /// Name of its file, without the extension.
     pub id: String,
     /// The figure of the paper that it repeats, `as Figure 9 of the paper`; empty where there is none.
-    pub number: String,
+    pub paper_reference: String,
     pub title: String,
     /// Caption: the result first, then the explanation of lines and colours.
     pub caption: String,
@@ -22,7 +22,7 @@ pub(super) struct Axis {
     /// Quantity and unit, such as `Time, s`.
     pub label: String,
     pub scale: Scale,
-    /// Lowest and highest value shown; `None` for all values.
+    /// Lowest and highest value shown; `Scalar` for all values.
     pub range: Option<(f64, f64)>,
 }
 
@@ -32,9 +32,9 @@ pub(super) enum Scale {
     Linear,
     Log,
     /// Integers, such as iterations.
-    Whole,
+    Integer,
     /// The value is an index into these names.
-    Names(Vec<String>),
+    Categories(Vec<String>),
 }
 
 /// One plotted series. A layer without a name has no legend entry. NaN is a gap.
@@ -65,18 +65,18 @@ pub(super) enum Layer {
         high: Vec<f64>,
     },
     /// Stacked areas, the first at the bottom, in per cent.
-    Shares {
+    StackedAreas {
         x: Vec<f64>,
-        parts: Vec<Part>,
+        parts: Vec<StackedArea>,
     },
     /// An interval of the horizontal axis.
-    Window {
+    Interval {
         name: String,
         from: f64,
         to: f64,
     },
     /// A matrix of correlations in -1..1, row by row from the top; both axes have names.
-    Cells {
+    Heatmap {
         values: Vec<Vec<f64>>,
     },
     /// Contour lines of a positive function, `values[j][i]` at `x[j][i]`, `y[j][i]`.
@@ -90,12 +90,12 @@ pub(super) enum Layer {
     },
     /// A corner plot: marginal histograms on the diagonal, density regions of each pair below it. It fills the figure
     /// and has its own axes.
-    Corner {
-        variables: Vec<Variable>,
-        regions: Vec<Region>,
+    CornerPlot {
+        variables: Vec<CornerVariable>,
+        regions: Vec<DensityRegion>,
     },
     /// Box plots: percentiles 2.5, 25, 50, 75, 97.5 at each name of the horizontal axis.
-    Whiskers {
+    BoxPlot {
         name: String,
         ink: Ink,
         percentiles: Vec<[f64; 5]>,
@@ -104,12 +104,12 @@ pub(super) enum Layer {
 
 /// One variable of a corner plot.
 #[derive(Clone, Debug)]
-pub(super) struct Variable {
+pub(super) struct CornerVariable {
     pub name: String,
     /// Lowest and highest value shown.
     pub range: (f64, f64),
     /// Centres of the histogram bins and the share of samples in each.
-    pub middles: Vec<f64>,
+    pub bin_centres: Vec<f64>,
     pub shares: Vec<f64>,
     pub estimate: f64,
     /// 95 % interval.
@@ -118,7 +118,7 @@ pub(super) struct Variable {
 
 /// One panel of a corner plot; `across` and `up` are indices of its variables.
 #[derive(Clone, Debug)]
-pub(super) struct Region {
+pub(super) struct DensityRegion {
     pub across: usize,
     pub up: usize,
     /// `enclosed[j][i]` at bin centres i across and j up: probability of the region of at least this density.
@@ -127,7 +127,7 @@ pub(super) struct Region {
 
 /// One of several stacked areas.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct StackedArea {
     pub name: String,
     pub ink: Ink,
     pub values: Vec<f64>,
@@ -154,7 +154,7 @@ pub(super) enum Stroke {
     Thin,
 }
 
-/// Minimum and maximum; `None` of no values.
+/// Minimum and maximum; `Scalar` of no values.
 pub(super) type Span = Option<(f64, f64)>;
 
 /// Colours of Okabe and Ito (Color Universal Design, 2008) without yellow, which has too little contrast on white, then
@@ -191,22 +191,22 @@ impl Ink {
 }
 
 /// Colour of a correlation: blue for -1, white for 0, vermilion for 1.
-pub(super) fn diverging(correlation: f64) -> (u8, u8, u8) {
+pub(super) fn diverging_colour(correlation: f64) -> (u8, u8, u8) {
     let (from, t) = if correlation < 0.0 { (PALETTE[0], -correlation) } else { (PALETTE[1], correlation) };
-    blend((255, 255, 255), from, t.min(1.0))
+    interpolate_colour((255, 255, 255), from, t.min(1.0))
 }
 
 /// Colour of a level, `t` in 0..1 from the lowest (dark blue) to the highest (ochre).
-pub(super) fn rising(t: f64) -> (u8, u8, u8) {
+pub(super) fn sequential_colour(t: f64) -> (u8, u8, u8) {
     const STOPS: [(u8, u8, u8); 4] = [(0x33, 0x22, 0x88), (0x00, 0x72, 0xB2), (0x00, 0x9E, 0x73), (0xC9, 0x8B, 0x00)];
     let place = t.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
     let below = (place as usize).min(STOPS.len() - 2);
-    blend(STOPS[below], STOPS[below + 1], place - below as f64)
+    interpolate_colour(STOPS[below], STOPS[below + 1], place - below as f64)
 }
 
 /// Decimal logarithms of the ticks of a log axis: 1, 2 and 5 of each decade over fewer than four decades, else powers
 /// of ten.
-pub(super) fn decades(low: f64, high: f64) -> Vec<f64> {
+pub(super) fn log_ticks(low: f64, high: f64) -> Vec<f64> {
     let digits: &[f64] = if high - low < 4.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let powers = low.floor() as i32..=high.ceil() as i32;
     powers
@@ -215,7 +215,7 @@ pub(super) fn decades(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
-fn blend(from: (u8, u8, u8), to: (u8, u8, u8), t: f64) -> (u8, u8, u8) {
+fn interpolate_colour(from: (u8, u8, u8), to: (u8, u8, u8), t: f64) -> (u8, u8, u8) {
     let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * t).round() as u8;
     (mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
 }
@@ -229,23 +229,23 @@ impl Axis {
         Self { label: label.to_owned(), scale: Scale::Log, range: None }
     }
 
-    pub(super) fn whole(label: &str) -> Self {
-        Self { label: label.to_owned(), scale: Scale::Whole, range: None }
+    pub(super) fn integer(label: &str) -> Self {
+        Self { label: label.to_owned(), scale: Scale::Integer, range: None }
     }
 
-    pub(super) fn names(label: &str, names: Vec<String>) -> Self {
+    pub(super) fn categories(label: &str, names: Vec<String>) -> Self {
         let range = Some((-0.5, names.len() as f64 - 0.5));
-        Self { label: label.to_owned(), scale: Scale::Names(names), range }
+        Self { label: label.to_owned(), scale: Scale::Categories(names), range }
     }
 
-    pub(super) fn within(mut self, low: f64, high: f64) -> Self {
+    pub(super) fn with_range(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
         self
     }
 }
 
 impl Layer {
-    /// Minimum and maximum finite value along each axis; `None` where there is none.
+    /// Minimum and maximum finite value along each axis; `Scalar` where there is none.
     pub(super) fn extent(&self) -> (Span, Span) {
         match self {
             Self::Line { x, y, .. } => (span(x), span(y)),
@@ -255,10 +255,10 @@ impl Layer {
                 (span(x), span(&low.chain(high).collect::<Vec<f64>>()))
             }
             Self::Band { x, low, high, .. } => (span(x), union(span(low), span(high))),
-            Self::Shares { x, .. } => (span(x), Some((0.0, 100.0))),
-            Self::Window { .. } | Self::Cells { .. } | Self::Corner { .. } => (None, None),
+            Self::StackedAreas { x, .. } => (span(x), Some((0.0, 100.0))),
+            Self::Interval { .. } | Self::Heatmap { .. } | Self::CornerPlot { .. } => (None, None),
             Self::Contours { x, y, .. } => (span(&x.concat()), span(&y.concat())),
-            Self::Whiskers { percentiles, .. } => (None, span(percentiles.as_flattened())),
+            Self::BoxPlot { percentiles, .. } => (None, span(percentiles.as_flattened())),
         }
     }
 }
@@ -313,8 +313,8 @@ mod tests {
 
     #[test]
     fn opposite_correlations_have_different_colours_and_zero_is_white() {
-        assert_eq!(diverging(0.0), (255, 255, 255));
-        assert_ne!(diverging(-1.0), diverging(1.0));
-        assert_eq!(diverging(-2.0), diverging(-1.0));
+        assert_eq!(diverging_colour(0.0), (255, 255, 255));
+        assert_ne!(diverging_colour(-1.0), diverging_colour(1.0));
+        assert_eq!(diverging_colour(-2.0), diverging_colour(-1.0));
     }
 }

@@ -3,34 +3,34 @@
 //! The key `paper_figures` of a case lists the figures that repeat one of the paper.
 
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use super::{answer, words};
+use super::{format, reportable};
 use crate::case::{Case, Observation};
 use crate::study::answers::Answers;
 
 /// A temperature that changes less than this over the exposure is constant, K.
-pub(super) const STILL_K: f64 = 1e-6;
+pub(super) const CONSTANT_K: f64 = 1e-6;
 
 /// Every figure, with a unique file name, and the anchor of its section.
 pub(super) fn in_sections(answers: &Answers) -> Vec<(&'static str, Figure)> {
-    let each = answer::all(answers).into_iter();
+    let each = reportable::all(answers).into_iter();
     let mut figures: Vec<(&'static str, Figure)> = each.flat_map(|answer| answer.figures(answers)).collect();
-    tell_apart(&mut figures);
+    make_ids_unique(&mut figures);
     for (_, figure) in &mut figures {
         let repeated = answers.case.paper_figures.iter().find(|(name, _)| *name == figure.id);
-        figure.number = repeated.map_or_else(String::new, |(_, numbers)| cited(numbers));
+        figure.paper_reference = repeated.map_or_else(String::new, |(_, numbers)| paper_reference(numbers));
     }
     figures
 }
 
 /// `as Figure 9 of the paper`.
-fn cited(numbers: &[usize]) -> String {
+fn paper_reference(numbers: &[usize]) -> String {
     let plural = if numbers.len() == 1 { "" } else { "s" };
     let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
-    format!("as Figure{plural} {} of the paper", words::listed(&numbers))
+    format!("as Figure{plural} {} of the paper", format::list(&numbers))
 }
 
 /// Make file names unique: sensors `T/1` and `T-1` would share one. Later figures get a number.
-fn tell_apart(figures: &mut [(&'static str, Figure)]) {
+fn make_ids_unique(figures: &mut [(&'static str, Figure)]) {
     for later in 1..figures.len() {
         let (before, rest) = figures.split_at_mut(later);
         let wanted = rest[0].1.id.clone();
@@ -49,11 +49,11 @@ pub(super) fn file_name(what: &str, of: &str) -> String {
 }
 
 /// Time axis over the whole exposure.
-pub(super) fn time(case: &Case) -> Axis {
-    Axis::linear("Time, s").within(0.0, case.exposure.duration_s)
+pub(super) fn time_axis(case: &Case) -> Axis {
+    Axis::linear("Time, s").with_range(0.0, case.exposure.duration_s)
 }
 
-pub(super) fn temperature() -> Axis {
+pub(super) fn temperature_axis() -> Axis {
     Axis::linear("Temperature, K")
 }
 
@@ -76,10 +76,10 @@ pub(super) fn measured(name: String, ink: Ink, observation: &Observation) -> Lay
 }
 
 /// The data window of a sensor, unless it is the whole exposure.
-pub(super) fn window(case: &Case, sensor: usize, name: &str) -> Option<Layer> {
+pub(super) fn data_window(case: &Case, sensor: usize, name: &str) -> Option<Layer> {
     let (from, to) = case.window_s(sensor);
     let is_part = from > 0.0 || to < case.exposure.duration_s;
-    is_part.then(|| Layer::Window { name: name.to_owned(), from, to })
+    is_part.then(|| Layer::Interval { name: name.to_owned(), from, to })
 }
 
 /// At most a thousand evenly spaced points of a curve, and the last one: a screen resolves no more.
@@ -91,20 +91,26 @@ pub(super) fn thinned(values: &[f64]) -> Vec<f64> {
 }
 
 /// Index of the instant nearest to a time.
-pub(super) fn nearest(instants_s: &[f64], time_s: f64) -> Option<usize> {
+pub(super) fn nearest_index(instants_s: &[f64], time_s: f64) -> Option<usize> {
     (0..instants_s.len()).min_by(|&a, &b| (instants_s[a] - time_s).abs().total_cmp(&(instants_s[b] - time_s).abs()))
 }
 
 /// A correlation matrix of factors.
-pub(super) fn correlations(id: &str, title: &str, caption: String, names: Vec<String>, values: &[Vec<f64>]) -> Figure {
+pub(super) fn correlation_matrix(
+    id: &str,
+    title: &str,
+    caption: String,
+    names: Vec<String>,
+    values: &[Vec<f64>],
+) -> Figure {
     Figure {
         id: id.to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: title.to_owned(),
         caption,
-        x: Axis::names("", names.clone()),
-        y: Axis::names("", names),
-        layers: vec![Layer::Cells { values: values.to_vec() }],
+        x: Axis::categories("", names.clone()),
+        y: Axis::categories("", names),
+        layers: vec![Layer::Heatmap { values: values.to_vec() }],
     }
 }
 
@@ -122,9 +128,12 @@ mod tests {
     #[test]
     fn a_figure_cites_the_paper_only_where_its_case_says_so() {
         let mut outcomes = fixture::outcomes();
-        let cited = |outcomes: &fixture::Outcomes| -> Vec<(String, String)> {
+        let cited = |outcomes: &fixture::StudyFixture| -> Vec<(String, String)> {
             let figures = all(&outcomes.answers("study")).into_iter();
-            figures.filter(|figure| !figure.number.is_empty()).map(|figure| (figure.id, figure.number)).collect()
+            figures
+                .filter(|figure| !figure.paper_reference.is_empty())
+                .map(|figure| (figure.id, figure.paper_reference))
+                .collect()
         };
         // Sensors, factors and the case have the names of the paper: the names alone must not cite it.
         assert_eq!(cited(&outcomes), []);
@@ -150,7 +159,7 @@ mod tests {
     #[test]
     fn a_sensor_of_constant_temperature_has_no_figures() {
         let mut outcomes = fixture::outcomes();
-        let ids = |outcomes: &fixture::Outcomes| -> Vec<String> {
+        let ids = |outcomes: &fixture::StudyFixture| -> Vec<String> {
             all(&outcomes.answers("study")).into_iter().map(|figure| figure.id).collect()
         };
         let of_it = ["spread-TC1", "shares-TC1", "sensitivity-TC1"];

@@ -1,22 +1,22 @@
 //! The findings at the head of the page.
 
-use super::answer::{self, Finding};
-use super::{observed, words};
+use super::reportable::{self, Finding};
+use super::{format, observations};
 use crate::study::answers::Answers;
 
 /// All findings: the nominal peak of the deepest sensor and its misfit, the data used, then those of every result.
 pub(super) fn all(answers: &Answers) -> Vec<Finding> {
     let mut found = Vec::new();
-    let mut add = |about: &'static str, text: String| found.push(Finding { about, said: text });
-    if let (Some(nominal), Some(sensor)) = (answers.nominal_march(), answers.bondline()) {
-        let name = answers.sensor(&answers.case, sensor);
+    let mut add = |about: &'static str, text: String| found.push(Finding { label: about, text });
+    if let (Some(nominal), Some(sensor)) = (answers.nominal_march(), answers.deepest_sensor()) {
+        let name = answers.sensor_name(&answers.case, sensor);
         let peak = nominal.peaks[sensor];
         add(
             "Peak",
             format!(
                 "{name}, the deepest sensor, peaks at {} at {}.",
-                words::kelvin(peak.temperature_k),
-                words::seconds(peak.time_s)
+                format::kelvin(peak.temperature_k),
+                format::seconds(peak.time_s)
             ),
         );
         let seen = answers.case.observations.iter().zip(&nominal.misfits).find(|(seen, _)| seen.sensor == sensor);
@@ -27,17 +27,17 @@ pub(super) fn all(answers: &Answers) -> Vec<Finding> {
                 format!(
                     "{name}, nominal prediction less measurement in the data window: RMSE {}, mean error {} (too \
                      {way}), largest error {} at {}.",
-                    words::misfit(misfit.rms_k),
-                    words::misfit(misfit.bias_k.abs()),
-                    words::misfit(misfit.worst_k.abs()),
-                    words::seconds(misfit.worst_time_s)
+                    format::temperature_difference(misfit.rms_k),
+                    format::temperature_difference(misfit.bias_k.abs()),
+                    format::temperature_difference(misfit.worst_k.abs()),
+                    format::seconds(misfit.worst_time_s)
                 ),
             );
         }
     }
-    let each = answer::in_reading_order(answers);
+    let each = reportable::in_reading_order(answers);
     if each.iter().all(|answer| answer.uses_observations()) {
-        observed::apart(answers).into_iter().for_each(|text| add("Data", text));
+        observations::data_used(answers).into_iter().for_each(|text| add("Data", text));
     }
     found.extend(each.into_iter().flat_map(|answer| answer.findings(answers)));
     found

@@ -2,20 +2,20 @@
 
 use crate::case::OpenFace;
 use crate::case::*;
-use crate::case::{Mark, Provenance};
-use crate::fit::{Dropped, Reason};
+use crate::case::{Provenance, SourceKind};
+use crate::fit::{DropReason, Dropped};
 use crate::march::{Backend, Precision};
 use crate::study::answers::Answers;
-use crate::study::estimate::Estimated;
-use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
+use crate::study::estimate::ParameterEstimates;
+use crate::study::nominal::{ErrorEstimate, Misfit, Peak, Prediction};
 use crate::study::posterior::Posterior;
 use crate::study::proportion::Proportion;
-use crate::study::seconds::Seconds;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
-use crate::study::statistics::{Causes, Likely};
+use crate::study::simultaneous_band::SimultaneousBand;
+use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
+use crate::study::timing::Timing;
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
-use crate::study::whole_traces::WholeTraces;
-use crate::traces::{Arrival, Balance};
+use crate::traces::{Balance, MemberStatus};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -27,20 +27,20 @@ use estimated::estimated;
 use posterior::posterior;
 
 /// A case with a result of every study.
-pub(super) struct Outcomes {
+pub(super) struct StudyFixture {
     pub case: Case,
     pub backend: Backend,
-    pub nominal: Nominal,
+    pub nominal: Prediction,
     pub uncertainty: Uncertainty,
     pub sensitivity: Sensitivity,
-    pub estimated: Estimated,
+    pub estimated: ParameterEstimates,
     pub posterior: Posterior,
 }
 
-impl Outcomes {
+impl StudyFixture {
     pub(super) fn answers(&self, question: &'static str) -> Answers {
         let is = |questions: &[&str]| question == "study" || questions.contains(&question);
-        let seconds = Seconds { plan_s: 0.002, march_s: 3.4, reduce_s: 0.21, began: Instant::now() };
+        let seconds = Timing { plan_s: 0.002, march_s: 3.4, other_s: 0.21, start: Instant::now() };
         let mut answers = Answers::new(question, self.case.clone(), self.backend.clone(), seconds);
         answers.seed = is(&["uncertainty"]).then_some(1);
         answers.nominal = is(&["predict", "uncertainty", "sensitivity"]).then(|| self.nominal.clone());
@@ -69,7 +69,7 @@ fn rise(sensor: usize, time_s: f64, strength: f64) -> f64 {
 }
 
 /// A deterministic pseudo-random number in -1..1.
-fn wobble(n: usize) -> f64 {
+fn pseudo_random(n: usize) -> f64 {
     let value = (n as f64 * 12.9898).sin() * 43_758.545;
     2.0 * (value - value.floor()) - 1.0
 }
@@ -79,15 +79,15 @@ fn peak(trace: &[f64]) -> Peak {
     Peak { temperature_k: trace[at], time_s: 0.5 * at as f64 }
 }
 
-fn nominal(strength: f64) -> Nominal {
+fn nominal(strength: f64) -> Prediction {
     let temperatures_k: Vec<Vec<f64>> =
         (0..4).map(|sensor| instants().iter().map(|&t| rise(sensor, t, strength)).collect()).collect();
-    Nominal {
+    Prediction {
         instants_s: instants(),
         peaks: temperatures_k.iter().map(|trace| peak(trace)).collect(),
         temperatures_k,
-        readings: Vec::new(),
-        arrival: Arrival::Done,
+        gauge_traces: Vec::new(),
+        status: MemberStatus::Completed,
         balance: Balance {
             hot_in_j_m2: 9.1e6,
             hot_out_j_m2: 6.0e6,
@@ -100,7 +100,12 @@ fn nominal(strength: f64) -> Nominal {
         misfits: (0..4).map(|n| misfit(f64::from(n) * 6.0 + 8.0)).collect(),
         steps: 912,
         cells: 64,
-        reached: Some(Reached { tolerance_k: 0.05, nominal_k: 0.031, corners_k: Some(0.044), gauges: Vec::new() }),
+        error_estimate: Some(ErrorEstimate {
+            tolerance_k: 0.05,
+            nominal_k: 0.031,
+            corners_k: Some(0.044),
+            gauges: Vec::new(),
+        }),
     }
 }
 
@@ -109,7 +114,8 @@ fn misfit(rms_k: f64) -> Misfit {
 }
 
 fn material(id: &str, name: &str, note: &str, hottest_k: f64) -> Arc<Material> {
-    let provenance = |mark, source: &str| Provenance { mark, source: source.to_owned(), relative_uncertainty: 0.1 };
+    let provenance =
+        |mark, source: &str| Provenance { source_kind: mark, source: source.to_owned(), relative_uncertainty: 0.1 };
     let table = |a: f64, b: f64| Table {
         temperatures_k: vec![300.0, hottest_k],
         values: vec![a, b],
@@ -120,14 +126,14 @@ fn material(id: &str, name: &str, note: &str, hottest_k: f64) -> Arc<Material> {
         name: name.to_owned(),
         note: note.to_owned(),
         density_kg_m3: 180.0,
-        density_provenance: provenance(Mark::Read, "maker's data sheet"),
+        density_provenance: provenance(SourceKind::ReadInSource, "maker's data sheet"),
         heat_capacity: table(900.0, 1250.0),
-        heat_capacity_provenance: provenance(Mark::Estimated, "silica, by mass fraction"),
+        heat_capacity_provenance: provenance(SourceKind::Estimated, "silica, by mass fraction"),
         conductivity: Conductivity::Tables(vec![(8010.0, table(0.02, 0.11))]),
-        conductivity_provenance: provenance(Mark::Remembered, "a paper on aerogel blankets"),
+        conductivity_provenance: provenance(SourceKind::Remembered, "a paper on aerogel blankets"),
         emissivity: table(0.9, 0.7),
-        emissivity_provenance: provenance(Mark::Paper, "stated in the paper"),
-        pores: Pores::SEALED,
+        emissivity_provenance: provenance(SourceKind::Paper, "stated in the paper"),
+        pores: Pores::IMPERMEABLE,
         pores_provenance: None,
         decomposition: None,
     })
@@ -172,7 +178,7 @@ fn case() -> Case {
             temperatures_k: times_s
                 .iter()
                 .enumerate()
-                .map(|(n, &t)| rise(sensor, t, 0.92) + 2.0 * wobble(n + 997 * sensor) + 0.05 * t)
+                .map(|(n, &t)| rise(sensor, t, 0.92) + 2.0 * pseudo_random(n + 997 * sensor) + 0.05 * t)
                 .collect(),
             sigma_k: vec![2.0; times_s.len()],
             window_s: None,
@@ -213,13 +219,13 @@ fn case() -> Case {
             factor("f_cp_GB", "GB", Property::HeatCapacity, 0.1),
         ],
         observations: observations.collect(),
-        estimate: Estimate {
+        estimate: EstimationSettings {
             factors: vec![3, 4],
             sensors: vec![3],
             window_s: Some((0.0, 80.0)),
             start: vec![1.1, 0.9],
             bounds: Bounds::Small,
-            ..Estimate::default()
+            ..EstimationSettings::default()
         },
         paper_figures: Vec::new(),
         resolution: Resolution {
@@ -228,13 +234,13 @@ fn case() -> Case {
             first_step_s: 0.01,
             growth: 0.05,
             largest_step_s: 0.5,
-            every_s: 0.5,
+            output_interval_s: 0.5,
         },
     }
 }
 
 /// Sensitivity, K per unit of a factor: a weight per factor and sensor times the temperature rise.
-fn slope(factor: usize, sensor: usize, time_s: f64) -> f64 {
+fn sensitivity_k(factor: usize, sensor: usize, time_s: f64) -> f64 {
     const WEIGHTS: [[f64; 4]; 7] = [
         [-0.25, -0.22, -0.15, -0.10],
         [0.02, 0.08, 0.12, 0.10],
@@ -248,12 +254,12 @@ fn slope(factor: usize, sensor: usize, time_s: f64) -> f64 {
     WEIGHTS[factor][sensor] * (rise(sensor, time_s, 1.0) - 300.0) * late
 }
 
-fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
+fn uncertainty(case: &Case, nominal: &Prediction) -> Uncertainty {
     let deviations: Vec<f64> = case.factors.iter().map(|f| (f.small.1 - f.small.0) / 4.0).collect();
     let spread = |sensor: usize| {
         let trace = &nominal.temperatures_k[sensor];
         let effects: Vec<Vec<f64>> = (0..deviations.len())
-            .map(|f| instants().iter().map(|&t| deviations[f] * slope(f, sensor, t)).collect())
+            .map(|f| instants().iter().map(|&t| deviations[f] * sensitivity_k(f, sensor, t)).collect())
             .collect();
         let deviation_k: Vec<f64> =
             (0..INSTANTS).map(|n| effects.iter().map(|effect| effect[n] * effect[n]).sum::<f64>().sqrt()).collect();
@@ -267,15 +273,15 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
             low_k: at(-3.5),
             high_k: at(3.5),
             percentiles_k: [at(-1.96), at(-0.674), at(0.0), at(0.674), at(1.96)],
-            causes: (0..INSTANTS)
+            indices: (0..INSTANTS)
                 .map(|n| causes(&correlations.iter().map(|row| row[n]).collect::<Vec<f64>>()))
                 .collect(),
-            whole: WholeTraces {
+            simultaneous: SimultaneousBand {
                 low_k: at(-2.7),
                 high_k: at(2.7),
-                stretch: 1.0,
-                in_pointwise: Proportion { count: 405, of: 500 },
-                in_simultaneous: Proportion { count: 476, of: 500 },
+                envelope_ratio: 1.0,
+                in_pointwise: Proportion { count: 405, total: 500 },
+                in_simultaneous: Proportion { count: 476, total: 500 },
             },
             deviation_k,
         }
@@ -290,8 +296,8 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
             deviation_k: spreads[sensor].deviation_k[at],
             percentiles_k: around(nominal.temperature_k, spreads[sensor].deviation_k[at]),
             percentiles_s: around(nominal.time_s, 1.5),
-            causes: spreads[sensor].causes[at].clone(),
-            causes_of_time: spreads[sensor].causes[at].clone(),
+            temperature_indices: spreads[sensor].indices[at].clone(),
+            time_indices: spreads[sensor].indices[at].clone(),
         }
     });
     Uncertainty {
@@ -299,8 +305,8 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
         bounds: Bounds::Small,
         seed: 1,
         sampling: "normal",
-        asked: 5000,
-        ok: 4997,
+        members: 5000,
+        completed: 4997,
         failures: vec![Failure {
             reason: "a temperature left the range of a table".to_owned(),
             members: 3,
@@ -313,21 +319,22 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
 }
 
 /// Indices of nearly additive factors: a thousandth of the variance is unexplained.
-fn causes(correlations: &[f64]) -> Causes {
-    let likely = |value: f64| Likely { value, low: value - 0.01, high: value + 0.01 };
-    let each = |of: fn(f64) -> f64| -> Vec<Likely> { correlations.iter().map(|&r| likely(of(r))).collect() };
-    Causes {
+fn causes(correlations: &[f64]) -> SensitivityIndices {
+    let likely = |value: f64| ConfidenceInterval { value, low: value - 0.01, high: value + 0.01 };
+    let each =
+        |of: fn(f64) -> f64| -> Vec<ConfidenceInterval> { correlations.iter().map(|&r| likely(of(r))).collect() };
+    SensitivityIndices {
         correlations: each(|r| r),
         rank_correlations: each(|r| 0.98 * r),
         partial_rank_correlations: each(|r| 0.99 * r.signum() * r.abs().sqrt()),
         shares: correlations.iter().map(|r| r * r).collect(),
         first: each(|r| 0.999 * r * r),
         total: each(|r| 1.001 * r * r),
-        rest: 0.001,
+        unexplained: 0.001,
     }
 }
 
-fn set(factors: Vec<usize>, correlation: Vec<Vec<f64>>, condition_number: f64) -> Identifiability {
+fn identifiability(factors: Vec<usize>, correlation: Vec<Vec<f64>>, condition_number: f64) -> Identifiability {
     let n = factors.len();
     Identifiability {
         factors,
@@ -339,7 +346,7 @@ fn set(factors: Vec<usize>, correlation: Vec<Vec<f64>>, condition_number: f64) -
         correlation,
         condition_number,
         rank: n.min(6),
-        weakest: "the product f_cp_INS · f_rho_INS alone acts".to_owned(),
+        weakest_direction: "the product f_cp_INS · f_rho_INS alone acts".to_owned(),
     }
 }
 
@@ -349,7 +356,7 @@ fn sensitivity() -> Sensitivity {
             .map(|j| match (i, j) {
                 _ if i == j => 1.0,
                 (4, 5) | (5, 4) => 1.0,
-                _ => 0.93 * wobble(i.min(j) * 7 + i.max(j)),
+                _ => 0.93 * pseudo_random(i.min(j) * 7 + i.max(j)),
             })
             .collect()
     });
@@ -357,26 +364,26 @@ fn sensitivity() -> Sensitivity {
         step: Some(0.01),
         instants_s: instants(),
         derivatives_k: (0..7)
-            .map(|f| (0..4).map(|s| instants().iter().map(|&t| slope(f, s, t)).collect()).collect())
+            .map(|f| (0..4).map(|s| instants().iter().map(|&t| sensitivity_k(f, s, t)).collect()).collect())
             .collect(),
-        all: set((0..7).collect(), wide.collect(), 2160.0),
-        proposed: set(vec![0, 3], vec![vec![1.0, -0.41], vec![-0.41, 1.0]], 3.2),
+        all: identifiability((0..7).collect(), wide.collect(), 2160.0),
+        recommended: identifiability(vec![0, 3], vec![vec![1.0, -0.41], vec![-0.41, 1.0]], 3.2),
         shares: vec![0.21, 0.13, 0.002, 0.37, 0.16, 0.12, 0.008],
         reduction: vec![
-            Dropped { variable: 2, reason: Reason::Slight { share: 0.002 } },
-            Dropped { variable: 6, reason: Reason::Slight { share: 0.008 } },
-            Dropped { variable: 5, reason: Reason::Correlation { with: 4, correlation: -1.0 } },
-            Dropped { variable: 4, reason: Reason::Condition { with: 3, condition_number: 71.0 } },
-            Dropped { variable: 1, reason: Reason::Correlation { with: 3, correlation: -0.97 } },
+            Dropped { variable: 2, reason: DropReason::SmallEffect { share: 0.002 } },
+            Dropped { variable: 6, reason: DropReason::SmallEffect { share: 0.008 } },
+            Dropped { variable: 5, reason: DropReason::Correlation { with: 4, correlation: -1.0 } },
+            Dropped { variable: 4, reason: DropReason::Condition { with: 3, condition_number: 71.0 } },
+            Dropped { variable: 1, reason: DropReason::Correlation { with: 3, correlation: -0.97 } },
         ],
-        stated: Some(set(vec![3, 4], vec![vec![1.0, 0.993], vec![0.993, 1.0]], 20.1)),
+        stated: Some(identifiability(vec![3, 4], vec![vec![1.0, 0.993], vec![0.993, 1.0]], 20.1)),
         marches: 1,
     }
 }
 
-pub(super) fn outcomes() -> Outcomes {
+pub(super) fn outcomes() -> StudyFixture {
     let (case, nominal) = (case(), nominal(1.0));
-    Outcomes {
+    StudyFixture {
         uncertainty: uncertainty(&case, &nominal),
         sensitivity: sensitivity(),
         estimated: estimated(&case, nominal.clone()),

@@ -1,12 +1,12 @@
 //! The material database as text for a terminal of 80 columns.
 
 mod braille;
-mod reacting;
+mod decomposition;
 
 use crate::case::CaseError;
-use crate::case::library::known;
+use crate::case::library::material_ids;
 use crate::case::{Conductivity, Material, OutOfRange, Table};
-use crate::case::{Mark, Parts, Provenance};
+use crate::case::{Provenance, SourceKind, ThreePartConductivity};
 use braille::{Curve, chart};
 use std::path::Path;
 
@@ -25,11 +25,12 @@ pub fn list() -> Result<String, CaseError> {
     let [density, k, cp, emissivity, density_unit, k_unit, cp_unit] = heads;
     let mut text = format!("{:<45}{density:>6}{k:>8}{cp:>7}{emissivity:>6}  marks\n", "material");
     text += &format!("{:<16}{:<29}{density_unit:>6}{k_unit:>8}{cp_unit:>7}\n", "", "at 300 K and 1 atm");
-    for id in known() {
+    for id in material_ids() {
         let material = Material::named(id)?;
         let k: f64 = material.conductivity.parts(AMBIENT_K, PRESSURES_PA[0].0).iter().sum();
         let (cp, emissivity) = (material.heat_capacity.at(AMBIENT_K), material.emissivity.at(AMBIENT_K));
-        let marks: String = provenances(&material).map(|provenance| letter(provenance.mark)).into_iter().collect();
+        let marks: String =
+            provenances(&material).map(|provenance| letter(provenance.source_kind)).into_iter().collect();
         let name = shortened(&material.name, 28);
         let density = material.density_kg_m3;
         text += &format!("{id:<16}{name:<29}{density:>6.0}{k:>8.4}{cp:>7.0}{emissivity:>6.2}  {marks}\n");
@@ -46,23 +47,23 @@ pub fn show(material: &Material) -> String {
 
     text += &heading("conductivity, W/m/K", &material.conductivity_provenance);
     text += &match &material.conductivity {
-        Conductivity::Parts(parts) => of_parts(parts, &material.conductivity),
-        Conductivity::Tables(tables) => of_tables(tables),
+        Conductivity::ThreePart(parts) => conductivity_parts_text(parts, &material.conductivity),
+        Conductivity::Tables(tables) => tables_text(tables),
     };
     text += &conductivity_curves(&material.conductivity);
 
     text += &heading("heat capacity, J/kg/K", &material.heat_capacity_provenance);
-    text += &of_table(&material.heat_capacity, 0);
+    text += &table_text(&material.heat_capacity, 0);
     text += &curve(&material.heat_capacity, 0);
 
     text += &heading("emissivity", &material.emissivity_provenance);
-    text += &of_table(&material.emissivity, 2);
+    text += &table_text(&material.emissivity, 2);
     text += &curve(&material.emissivity, 2);
     if let Some(provenance) = &material.pores_provenance {
-        text += &reacting::of_pores(&material.pores, provenance);
+        text += &decomposition::pores_text(&material.pores, provenance);
     }
     if let Some(decomposition) = &material.decomposition {
-        text += &reacting::of_decomposition(decomposition, material.density_kg_m3);
+        text += &decomposition::decomposition_text(decomposition, material.density_kg_m3);
     }
     text
 }
@@ -95,24 +96,24 @@ fn provenances(material: &Material) -> [&Provenance; 4] {
     ]
 }
 
-fn letter(mark: Mark) -> char {
+fn letter(mark: SourceKind) -> char {
     match mark {
-        Mark::Read => 'r',
-        Mark::Remembered => 'm',
-        Mark::Estimated => 'e',
-        Mark::Paper => 'p',
+        SourceKind::ReadInSource => 'r',
+        SourceKind::Remembered => 'm',
+        SourceKind::Estimated => 'e',
+        SourceKind::Paper => 'p',
     }
 }
 
 /// A property with its mark, its uncertainty and its source.
 fn heading(property: &str, provenance: &Provenance) -> String {
     let spread = 200.0 * provenance.relative_uncertainty;
-    let trust = format!("{}, ±{spread:.0} % at 95 %", provenance.mark.word());
+    let trust = format!("{}, ±{spread:.0} % at 95 %", provenance.source_kind.key());
     let space = WIDTH.saturating_sub(property.chars().count());
     format!("{property}{trust:>space$}\n{}\n", wrapped(&provenance.source, "  "))
 }
 
-fn of_parts(parts: &Parts, conductivity: &Conductivity) -> String {
+fn conductivity_parts_text(parts: &ThreePartConductivity, conductivity: &Conductivity) -> String {
     let mut formula = format!("k = {}", parts.solid_w_m_k);
     if parts.solid_exponent != 0.0 {
         formula += &format!(" (T/300 K)^{}", parts.solid_exponent);
@@ -142,17 +143,18 @@ fn temperatures((low, high): (f64, f64)) -> Vec<f64> {
     ROUND.into_iter().filter(|temperature_k| (low..=high).contains(temperature_k)).collect()
 }
 
-fn of_tables(tables: &[(f64, Table)]) -> String {
+fn tables_text(tables: &[(f64, Table)]) -> String {
     match tables {
-        [(_, table)] => of_table(table, 4),
-        _ => {
-            tables.iter().map(|(pressure_pa, table)| format!("  at {pressure_pa} Pa\n{}", of_table(table, 4))).collect()
-        }
+        [(_, table)] => table_text(table, 4),
+        _ => tables
+            .iter()
+            .map(|(pressure_pa, table)| format!("  at {pressure_pa} Pa\n{}", table_text(table, 4)))
+            .collect(),
     }
 }
 
 /// Rows of temperatures and values, ten columns at a time.
-fn of_table(table: &Table, digits: usize) -> String {
+fn table_text(table: &Table, digits: usize) -> String {
     if let [value] = table.values.as_slice() {
         return format!("  {value:.digits$} at every temperature\n\n");
     }
@@ -165,7 +167,7 @@ fn of_table(table: &Table, digits: usize) -> String {
     let outside = match table.outside {
         OutOfRange::Clamp => "constant",
         OutOfRange::Extrapolate => "linear extrapolation",
-        OutOfRange::Refuse => "an error",
+        OutOfRange::Error => "an error",
     };
     text + &format!("  outside: {outside}\n\n")
 }
@@ -187,7 +189,7 @@ fn conductivity_curves(conductivity: &Conductivity) -> String {
         return String::new();
     }
     let with_pressure = match conductivity {
-        Conductivity::Parts(parts) => !parts.pores.is_empty(),
+        Conductivity::ThreePart(parts) => !parts.pores.is_empty(),
         Conductivity::Tables(tables) => tables.len() > 1,
     };
     let pressures = if with_pressure { &PRESSURES_PA[..] } else { &[(PRESSURES_PA[0].0, "")] };
@@ -243,8 +245,8 @@ mod tests {
     #[test]
     fn the_database_fits_a_terminal_of_80_columns() {
         let list = list().unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(list.lines().count(), known().len() + 3);
-        let texts: Vec<String> = known().into_iter().map(shown).chain([list]).collect();
+        assert_eq!(list.lines().count(), material_ids().len() + 3);
+        let texts: Vec<String> = material_ids().into_iter().map(shown).chain([list]).collect();
         for line in texts.iter().flat_map(|text| text.lines()) {
             assert!(line.chars().count() <= 80, "{} columns: {line}", line.chars().count());
         }

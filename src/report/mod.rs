@@ -4,9 +4,9 @@
 //! [`write()`] writes the report of [`Answers`] into a folder, [`terminal::screen`] formats it for a terminal. The part
 //! of each study is in the module of its name.
 
-mod answer;
 mod chart;
 mod contour;
+mod coverage_study;
 mod estimate;
 mod figure;
 mod figures;
@@ -14,26 +14,26 @@ pub mod files;
 mod findings;
 #[cfg(test)]
 mod fixture;
+mod format;
 mod history;
 mod html;
 pub mod materials;
 mod nominal;
-mod observed;
-mod recovery;
+mod observations;
+mod reportable;
 mod sensitivity;
 mod size;
-pub mod summary;
 mod svg;
+pub mod terminal;
 mod uncertainty;
 mod warnings;
-mod words;
 
 use crate::case::Case;
 use crate::march::Backend;
 use crate::study::answers::Answers;
-use crate::study::estimate::{Estimated, Fitted};
-use crate::study::nominal::{Misfit, Nominal};
-use files::{OutputFolder, record, tables};
+use crate::study::estimate::{CaseFit, ParameterEstimates};
+use crate::study::nominal::{Misfit, Prediction};
+use files::{OutputFolder, summary_json, tables};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -42,14 +42,14 @@ use std::time::Instant;
 #[non_exhaustive]
 pub enum ReportError {
     /// The folder holds the report of another case.
-    #[error("{path:?} holds the case {found:?}, not {wanted:?}; choose another --out or give --force")]
+    #[error("{path:?} holds the case {found:?}, not {expected:?}; choose another --out or give --force")]
     OtherCase {
         /// The folder.
         path: PathBuf,
         /// Id of the case whose report it holds.
         found: String,
         /// Id of the case to be written.
-        wanted: String,
+        expected: String,
     },
     /// The path of the folder is a file.
     #[error("{path:?} is not a folder")]
@@ -58,10 +58,10 @@ pub enum ReportError {
         path: PathBuf,
     },
     /// A file or folder cannot be read, made, written, renamed or removed.
-    #[error("{doing} {path:?}: {source}")]
+    #[error("{operation} {path:?}: {source}")]
     Io {
         /// The operation, such as `writing`.
-        doing: &'static str,
+        operation: &'static str,
         /// The file.
         path: PathBuf,
         /// The error of the operating system.
@@ -106,49 +106,49 @@ impl Answers {
     /// Names of the cases, as a list.
     fn name(&self) -> String {
         let names: Vec<&str> = self.cases().map(|case| case.name.as_str()).collect();
-        words::listed(&names)
+        format::list(&names)
     }
 
     /// The march at the nominal factors, of the first study that has one.
-    fn nominal_march(&self) -> Option<&Nominal> {
-        answer::all(self).into_iter().find_map(|answer| answer.nominal())
+    fn nominal_march(&self) -> Option<&Prediction> {
+        reportable::all(self).into_iter().find_map(|answer| answer.nominal())
     }
 
     /// Index of the deepest sensor, which is at the bondline if any sensor is.
-    fn bondline(&self) -> Option<usize> {
+    fn deepest_sensor(&self) -> Option<usize> {
         let sensors = &self.case.sensors;
         (0..sensors.len()).max_by(|&a, &b| sensors[a].depth_m.total_cmp(&sensors[b].depth_m))
     }
 
     /// The case, and those estimated jointly with it.
     fn cases(&self) -> impl Iterator<Item = &Case> {
-        std::iter::once(&self.case).chain(&self.others)
+        std::iter::once(&self.case).chain(&self.other_cases)
     }
 
     /// Every case of an estimate with its fit.
-    fn fits<'a>(&'a self, outcome: &'a Estimated) -> impl Iterator<Item = (&'a Case, &'a Fitted)> {
+    fn fits<'a>(&'a self, outcome: &'a ParameterEstimates) -> impl Iterator<Item = (&'a Case, &'a CaseFit)> {
         self.cases().zip(&outcome.fitted)
     }
 
     /// Every fitted sensor, named with its case where there are several, with its misfits at the nominal and at the
     /// estimated factors.
-    fn misfits<'a>(&'a self, outcome: &'a Estimated) -> Vec<(String, &'a (Misfit, Misfit))> {
-        let of = |(case, fitted): (&'a Case, &'a Fitted)| {
-            let names = fitted.sensors.iter().map(move |&sensor| self.sensor(case, sensor));
+    fn misfits<'a>(&'a self, outcome: &'a ParameterEstimates) -> Vec<(String, &'a (Misfit, Misfit))> {
+        let of = |(case, fitted): (&'a Case, &'a CaseFit)| {
+            let names = fitted.sensors.iter().map(move |&sensor| self.sensor_name(case, sensor));
             names.zip(&fitted.misfits)
         };
         self.fits(outcome).flat_map(of).collect()
     }
 
     /// `TC4`, or `TC4 of lcat-2330` where there are several cases.
-    fn sensor(&self, case: &Case, sensor: usize) -> String {
+    fn sensor_name(&self, case: &Case, sensor: usize) -> String {
         let name = &case.sensors[sensor].name;
-        if self.others.is_empty() { name.clone() } else { format!("{name} of {}", case.id) }
+        if self.other_cases.is_empty() { name.clone() } else { format!("{name} of {}", case.id) }
     }
 }
 
 /// `cpu f64, AMD EPYC, 2 threads`.
-fn backend_words(backend: &Backend) -> String {
+fn backend_text(backend: &Backend) -> String {
     format!("{} {}, {}", backend.kind, backend.precision.name(), backend.name)
 }
 
@@ -172,8 +172,8 @@ pub fn write(answers: &Answers, folder: &OutputFolder) -> Result<Vec<PathBuf>, R
         files.push((format!("figures/{}.svg", figure.id), still.into_bytes()));
     }
     files.push(("report.html".to_owned(), page.into_bytes()));
-    let names: Vec<String> = files.iter().map(|(name, _)| name).chain(folder.claimed()).cloned().collect();
-    let summary = record::summary(answers, began.elapsed().as_secs_f64(), &names)?;
+    let names: Vec<String> = files.iter().map(|(name, _)| name).chain(folder.reserved()).cloned().collect();
+    let summary = summary_json::summary(answers, began.elapsed().as_secs_f64(), &names)?;
     files.push((files::SUMMARY.to_owned(), summary.into_bytes()));
     folder.write(&files)
 }

@@ -3,31 +3,31 @@
 mod figures;
 mod gas;
 
-use super::answer::{Answer, Finding, Room, Section};
 use super::figure::Figure;
 use super::html::table::{paragraph, table};
-use super::summary::{shown, wrapped};
-use super::{observed, uncertainty, warnings, words};
+use super::reportable::{Finding, Reportable, ScreenLimits, Section};
+use super::terminal::{shown_sensors, wrap};
+use super::{format, observations, uncertainty, warnings};
 use crate::study::answers::Answers;
-use crate::study::nominal::{Misfit, Nominal};
+use crate::study::nominal::{Misfit, Prediction};
 
-impl Answer for Nominal {
-    fn nominal(&self) -> Option<&Nominal> {
+impl Reportable for Prediction {
+    fn nominal(&self) -> Option<&Prediction> {
         Some(self)
     }
 
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
-        gas::found(&answers.case, self).map(|text| Finding { about: "Gas", said: text }).into_iter().collect()
+        gas::finding(&answers.case, self).map(|text| Finding { label: "Gas", text }).into_iter().collect()
     }
 
     fn warnings(&self, answers: &Answers) -> Vec<String> {
-        warnings::march(&answers.case, self, "nominal")
+        warnings::march_warnings(&answers.case, self, "nominal")
     }
 
     fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
         let case = &answers.case;
         let gas = gas::figures::figures(case, self).into_iter().map(|figure| ("gas", figure));
-        let driver = figures::driver(case).map(|figure| ("case", figure));
+        let driver = figures::hot_face(case).map(|figure| ("case", figure));
         [("nominal", figures::against_measurement(case, self))].into_iter().chain(driver).chain(gas).collect()
     }
 
@@ -36,13 +36,13 @@ impl Answer for Nominal {
         vec![
             Section::new("nominal", "Nominal", page(answers, self)),
             // These charts have no table: the caption, which has the numbers, comes first.
-            Section { captions_first: true, ..Section::new("gas", gas, String::new()) },
+            Section { captions_above: true, ..Section::new("gas", gas, String::new()) },
         ]
     }
 
-    fn screen(&self, answers: &Answers, room: &Room) -> Vec<String> {
-        let gas = gas::found(&answers.case, self).map_or(Vec::new(), |text| wrapped("", &text));
-        if room.is_led {
+    fn screen(&self, answers: &Answers, room: &ScreenLimits) -> Vec<String> {
+        let gas = gas::finding(&answers.case, self).map_or(Vec::new(), |text| wrap("", &text));
+        if room.has_leading_result {
             return gas;
         }
         let sensors = room.sensors - if room.is_shared { gas.len().min(2) } else { 0 };
@@ -55,15 +55,15 @@ impl Answer for Nominal {
     }
 }
 
-fn page(answers: &Answers, outcome: &Nominal) -> String {
+fn page(answers: &Answers, outcome: &Prediction) -> String {
     let rows: Vec<Vec<String>> = (answers.case.sensors.iter().zip(&outcome.peaks))
         .map(|(sensor, peak)| {
             vec![
                 sensor.name.clone(),
                 format!("{:.2}", 1e3 * sensor.depth_m),
-                words::grouped(peak.temperature_k, 1),
-                words::grouped(peak.temperature_k - 273.15, 1),
-                words::grouped(peak.time_s, 1),
+                format::grouped(peak.temperature_k, 1),
+                format::grouped(peak.temperature_k - 273.15, 1),
+                format::grouped(peak.time_s, 1),
             ]
         })
         .collect();
@@ -89,7 +89,7 @@ fn page(answers: &Answers, outcome: &Nominal) -> String {
         heat(balance.holder_in_j_m2),
         heat(balance.holder_out_j_m2),
         heat(balance.stored_j_m2),
-        words::significant(balance.residual(), 2),
+        format::significant(balance.residual(), 2),
     ]];
     table("Peaks", &["Sensor", "Depth, mm", "Peak, K", "Peak, °C", "Time of peak, s"], &rows)
         + &table("Prediction less measurement in the data window", &MISFIT_HEAD, &misfits)
@@ -108,7 +108,7 @@ fn page(answers: &Answers, outcome: &Nominal) -> String {
             ],
             &balances,
         )
-        + &if outcome.readings.is_empty() { String::new() } else { paragraph(&gas::balance(&balance)) }
+        + &if outcome.gauge_traces.is_empty() { String::new() } else { paragraph(&gas::mass_balance(&balance)) }
 }
 
 /// Columns of a table of misfits: the name of the row, then those of [`misfit_cells`].
@@ -118,25 +118,25 @@ pub(super) const MISFIT_HEAD: [&str; 6] =
 /// Root mean square, mean and largest error of a prediction, time of the latter, and number of samples.
 pub(super) fn misfit_cells(misfit: &Misfit) -> [String; 5] {
     [
-        words::misfit(misfit.rms_k).replace(" K", ""),
-        words::signed(misfit.bias_k, 1),
-        words::signed(misfit.worst_k, 1),
-        words::grouped(misfit.worst_time_s, 1),
-        words::count(misfit.samples),
+        format::temperature_difference(misfit.rms_k).replace(" K", ""),
+        format::signed(misfit.bias_k, 1),
+        format::signed(misfit.worst_k, 1),
+        format::grouped(misfit.worst_time_s, 1),
+        format::count(misfit.samples),
     ]
 }
 
-fn table_on_screen(answers: &Answers, outcome: &Nominal, most: usize) -> Vec<String> {
+fn table_on_screen(answers: &Answers, outcome: &Prediction, most: usize) -> Vec<String> {
     let mut lines = vec![format!("{:<12}{:>22}{:>10}{:>14}{:>14}", "sensor", "peak", "time", "RMSE", "mean error")];
-    let (sensors, others) = shown(answers, most);
+    let (sensors, others) = shown_sensors(answers, most);
     for index in sensors {
         let peak = outcome.peaks[index];
-        let (rms, bias) = observed::misfit(answers, outcome, index);
+        let (rms, bias) = observations::misfit_text(answers, outcome, index);
         lines.push(format!(
             "{:<12}{:>22}{:>10}{:>14}{:>14}",
-            words::short(&answers.case.sensors[index].name, 11),
-            words::kelvin(peak.temperature_k),
-            words::seconds(peak.time_s),
+            format::truncate(&answers.case.sensors[index].name, 11),
+            format::kelvin(peak.temperature_k),
+            format::seconds(peak.time_s),
             rms,
             bias
         ));

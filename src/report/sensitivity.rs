@@ -2,38 +2,39 @@
 
 mod figures;
 mod record;
-mod reduction;
+mod subset_selection;
 
-use super::answer::{Answer, Finding, Room, Section};
 use super::figure::Figure;
-use super::files::json::Record;
-use super::files::table::File;
-use super::files::table::Table;
-use super::files::tables::{factor_columns, head};
+use super::files::json::JsonObject;
+use super::files::table::CsvTable;
+use super::files::table::NamedFile;
+use super::files::tables::{factor_columns, header};
+use super::format::clause;
 use super::html::table::{list, paragraph, table};
-use super::summary::wrapped;
-use super::warnings::CONDITION;
-use super::words::sentence;
-use super::{ReportError, words};
+use super::reportable::{Finding, Reportable, ScreenLimits, Section};
+use super::terminal::wrap;
+use super::warnings::ILL_CONDITIONED;
+use super::{ReportError, format};
 use crate::case::Case;
 use crate::study::answers::Answers;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 
-impl Answer for Sensitivity {
+impl Reportable for Sensitivity {
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
-        let steps = reduction::steps(&answers.case, self).map(|text| Finding { about: "Identifiability", said: text });
-        let stated = reduction::stated(&answers.case, self).map(|text| Finding { about: "Stated set", said: text });
+        let steps = subset_selection::steps(&answers.case, self).map(|text| Finding { label: "Identifiability", text });
+        let stated =
+            subset_selection::stated_set(&answers.case, self).map(|text| Finding { label: "Stated set", text });
         steps.into_iter().chain(stated).collect()
     }
 
     fn warnings(&self, _: &Answers) -> Vec<String> {
-        if self.proposed.factors.is_empty() || self.proposed.condition_number <= CONDITION {
+        if self.recommended.factors.is_empty() || self.recommended.condition_number <= ILL_CONDITIONED {
             return Vec::new();
         }
         vec![format!(
             "The proposed set is ill-conditioned (condition number {}). Least determined direction: {}.",
-            words::condition(self.proposed.condition_number),
-            self.proposed.weakest
+            format::condition_number(self.recommended.condition_number),
+            self.recommended.weakest_direction
         )]
     }
 
@@ -45,7 +46,7 @@ impl Answer for Sensitivity {
         vec![Section::new("sensitivity", "Sensitivity", page(answers, self))]
     }
 
-    fn method(&self, _: &Answers) -> Vec<String> {
+    fn methods(&self, _: &Answers) -> Vec<String> {
         let found = match self.step {
             None => "exact (tangent-linear march)",
             Some(_) => "central differences",
@@ -58,32 +59,32 @@ impl Answer for Sensitivity {
         )]
     }
 
-    fn tables(&self, answers: &Answers) -> Result<Vec<File>, ReportError> {
+    fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
         Ok(vec![sensitivities(&answers.case, self)?])
     }
 
-    fn record(&self, answers: &Answers, record: &mut Record<'_>) -> Result<(), ReportError> {
-        record.put("identifiability", &record::estimable(&answers.case, self))
+    fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
+        record.put("identifiability", &record::identifiability_record(&answers.case, self))
     }
 
-    fn screen(&self, answers: &Answers, room: &Room) -> Vec<String> {
+    fn screen(&self, answers: &Answers, room: &ScreenLimits) -> Vec<String> {
         let mut lines = if answers.uncertainty.is_none() { table_on_screen(answers, self, room) } else { Vec::new() };
-        let steps = if room.is_shared { reduction::shortly } else { reduction::steps };
-        lines.extend(wrapped("", &steps(&answers.case, self).join(" ")));
+        let steps = if room.is_shared { subset_selection::steps_without_shares } else { subset_selection::steps };
+        lines.extend(wrap("", &steps(&answers.case, self).join(" ")));
         lines
     }
 
-    fn screen_at_the_end(&self, answers: &Answers) -> Vec<String> {
-        reduction::stated(&answers.case, self).map_or(Vec::new(), |text| wrapped("", &text))
+    fn screen_footer(&self, answers: &Answers) -> Vec<String> {
+        subset_selection::stated_set(&answers.case, self).map_or(Vec::new(), |text| wrap("", &text))
     }
 }
 
 fn page(answers: &Answers, outcome: &Sensitivity) -> String {
     let case = &answers.case;
-    let (all, proposed) = (&outcome.all, &outcome.proposed);
+    let (all, proposed) = (&outcome.all, &outcome.recommended);
     let error = |set: &Identifiability, factor: usize| {
         let place = set.factors.iter().position(|&other| other == factor);
-        place.map_or("–".to_owned(), |place| words::significant(set.standard_errors[place], 2))
+        place.map_or("–".to_owned(), |place| format::significant(set.standard_errors[place], 2))
     };
     let rows: Vec<Vec<String>> = (all.factors.iter().enumerate())
         .map(|(place, &index)| {
@@ -91,33 +92,34 @@ fn page(answers: &Answers, outcome: &Sensitivity) -> String {
             let stated = outcome.stated.as_ref();
             vec![
                 factor.name.clone(),
-                words::meaning(factor),
-                words::significant(0.01 * all.magnitude_k[place], 2),
-                words::significant(factor.deviation(case.estimate.bounds), 2),
-                words::percent_of(outcome.shares[index]).replace(" %", ""),
+                format::factor_meaning(factor),
+                format::significant(0.01 * all.magnitude_k[place], 2),
+                format::significant(factor.prior_standard_deviation(case.estimate.bounds), 2),
+                format::percent_near_limits(outcome.shares[index]).replace(" %", ""),
                 error(all, index),
                 error(proposed, index),
                 stated.map_or("–".to_owned(), |stated| error(stated, index)),
             ]
         })
         .collect();
-    let mut text = reduction::steps(case, outcome).to_vec();
-    text.extend(reduction::stated(case, outcome));
+    let mut text = subset_selection::steps(case, outcome).to_vec();
+    text.extend(subset_selection::stated_set(case, outcome));
     text.push(format!(
         "All {}: condition number {}, rank {}; least determined direction: {}.",
-        words::counted(all.factors.len(), "factor"),
-        words::condition(all.condition_number),
+        format::counted(all.factors.len(), "factor"),
+        format::condition_number(all.condition_number),
         all.rank,
-        sentence(&all.weakest)
+        clause(&all.weakest_direction)
     ));
-    let left_out: Vec<String> = outcome.reduction.iter().map(|dropped| reduction::left_out(case, dropped)).collect();
+    let left_out: Vec<String> =
+        outcome.reduction.iter().map(|dropped| subset_selection::exclusion_reason(case, dropped)).collect();
     let left_out = if left_out.is_empty() {
         String::new()
     } else {
         "<h3>Excluded factors and why</h3>\n".to_owned() + &list(&left_out)
     };
     let how = match outcome.step {
-        Some(step) => format!("Derivatives by central differences, relative step {}.", words::significant(step, 2)),
+        Some(step) => format!("Derivatives by central differences, relative step {}.", format::significant(step, 2)),
         None => "Derivatives are exact up to rounding (tangent-linear march).".to_owned(),
     };
     let head = [
@@ -132,12 +134,12 @@ fn page(answers: &Answers, outcome: &Sensitivity) -> String {
     ];
     list(&text)
         + &table("Sensitivity and standard error of each factor", &head, &rows)
-        + &paragraph(&reduction::explanation())
+        + &paragraph(&subset_selection::explanation())
         + &left_out
         + &paragraph(&how)
 }
 
-fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &Room) -> Vec<String> {
+fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &ScreenLimits) -> Vec<String> {
     let mut lines = vec![format!("{:<20}{:>14}  {}", "factor", "K per 1 %, rms", "scales")];
     let mut order: Vec<usize> = (0..outcome.all.factors.len()).collect();
     order.sort_by(|&a, &b| outcome.all.magnitude_k[b].total_cmp(&outcome.all.magnitude_k[a]));
@@ -145,25 +147,25 @@ fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &Room) -> Vec
         let factor = &answers.case.factors[outcome.all.factors[index]];
         lines.push(format!(
             "{:<20}{:>14}  {}",
-            words::short(&factor.name, 19),
-            words::significant(0.01 * outcome.all.magnitude_k[index], 2),
-            words::meaning(factor)
+            format::truncate(&factor.name, 19),
+            format::significant(0.01 * outcome.all.magnitude_k[index], 2),
+            format::factor_meaning(factor)
         ));
     }
     lines
 }
 
-fn sensitivities(case: &Case, outcome: &Sensitivity) -> Result<File, ReportError> {
+fn sensitivities(case: &Case, outcome: &Sensitivity) -> Result<NamedFile, ReportError> {
     let columns = factor_columns(case, "_K_per_percent");
-    let mut table = Table::new("sensitivities.csv", head(&["sensor", "time_s"], columns))?;
-    let scaled: Vec<_> = (0..case.factors.len()).map(|factor| outcome.per_percent_k(case, factor)).collect();
+    let mut table = CsvTable::new("sensitivities.csv", header(&["sensor", "time_s"], columns))?;
+    let scaled: Vec<_> = (0..case.factors.len()).map(|factor| outcome.change_per_percent_k(case, factor)).collect();
     for (index, sensor) in case.sensors.iter().enumerate() {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
             let changes = scaled.iter().map(|factor| factor[index][at]);
             table.row(Some(&sensor.name), std::iter::once(time_s).chain(changes))?;
         }
     }
-    table.close()
+    table.finish()
 }
 
 #[cfg(test)]

@@ -1,52 +1,52 @@
 //! The Monte Carlo sweep: prediction intervals and sensitivity indices.
 
-mod causes;
 mod figures;
 mod record;
+mod sensitivity_indices;
 
-use super::answer::{Answer, Finding, Members, Room, Section};
 use super::figure::Figure;
-use super::figures::nearest;
-use super::files::json::Record;
-use super::files::table::File;
-use super::files::table::Table;
-use super::files::tables::{factor_columns, head};
+use super::figures::nearest_index;
+use super::files::json::JsonObject;
+use super::files::table::CsvTable;
+use super::files::table::NamedFile;
+use super::files::tables::{factor_columns, header};
 use super::html::table::{paragraph, table};
-use super::observed::misfit;
-use super::summary::{shown, wrapped};
-use super::{ReportError, words};
+use super::observations::misfit_text;
+use super::reportable::{Finding, MemberCounts, Reportable, ScreenLimits, Section};
+use super::terminal::{shown_sensors, wrap};
+use super::{ReportError, format};
 use crate::case::Case;
 use crate::study::answers::Answers;
-use crate::study::statistics::Likely;
+use crate::study::statistics::ConfidenceInterval;
 use crate::study::uncertainty::Uncertainty;
 
-impl Answer for Uncertainty {
-    fn members(&self) -> Option<Members> {
-        Some(Members { asked: self.asked, ok: self.ok })
+impl Reportable for Uncertainty {
+    fn members(&self) -> Option<MemberCounts> {
+        Some(MemberCounts { requested: self.members, completed: self.completed })
     }
 
     fn facts(&self) -> Vec<String> {
-        vec![words::counted(self.asked, "member")]
+        vec![format::counted(self.members, "member")]
     }
 
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
-        let Some(sensor) = answers.bondline() else { return Vec::new() };
+        let Some(sensor) = answers.deepest_sensor() else { return Vec::new() };
         let text = [
-            ("Uncertainty", Some(spread(&answers.case, self, sensor))),
-            ("Variance shares", blame(&answers.case, self, sensor)),
-            ("Sobol indices", causes::alone(answers, self, sensor)),
+            ("Uncertainty", Some(peak_interval(&answers.case, self, sensor))),
+            ("Variance shares", largest_shares(&answers.case, self, sensor)),
+            ("Sobol indices", sensitivity_indices::variance_decomposition(answers, self, sensor)),
         ];
-        text.into_iter().filter_map(|(about, text)| text.map(|text| Finding { about, said: text })).collect()
+        text.into_iter().filter_map(|(about, text)| text.map(|text| Finding { label: about, text })).collect()
     }
 
     fn warnings(&self, _: &Answers) -> Vec<String> {
         let failed = self.failures.iter().map(|failure| {
             format!(
                 "{} of {} failed ({}), first member {}; they are excluded from all statistics.",
-                words::count(failure.members),
-                words::counted(self.asked, "member"),
+                format::count(failure.members),
+                format::counted(self.members, "member"),
                 failure.reason,
-                words::count(failure.first)
+                format::count(failure.first)
             )
         });
         failed.collect()
@@ -61,7 +61,7 @@ impl Answer for Uncertainty {
         vec![Section::new("uncertainty", "Uncertainty", page(answers, self))]
     }
 
-    fn method(&self, _: &Answers) -> Vec<String> {
+    fn methods(&self, _: &Answers) -> Vec<String> {
         vec![format!(
             "Uncertainty: Monte Carlo simulation; each member samples all factors within their {} bounds. Variance \
              shares are squared Pearson correlations of factor and temperature, normalised to sum to one; they assume \
@@ -73,22 +73,26 @@ impl Answer for Uncertainty {
         )]
     }
 
-    fn tables(&self, answers: &Answers) -> Result<Vec<File>, ReportError> {
+    fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
         Ok(vec![percentiles(&answers.case, self)?, shares(&answers.case, self)?])
     }
 
-    fn record(&self, answers: &Answers, record: &mut Record<'_>) -> Result<(), ReportError> {
-        record.put("variance_shares", &record::shares(&answers.case, self))?;
-        record.put("sensitivity_indices", &record::causes(&answers.case, self))?;
-        record.put("simultaneous_bands", &record::whole_traces(&answers.case, self))
+    fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
+        record.put("variance_shares", &record::variance_shares(&answers.case, self))?;
+        record.put("sensitivity_indices", &record::sensitivity_indices(&answers.case, self))?;
+        record.put("simultaneous_bands", &record::simultaneous_bands(&answers.case, self))
     }
 }
 
 /// The lines of the screen: the table of sensors and, where there is room, the Sobol indices.
-pub(super) fn lines(answers: &Answers, outcome: &Uncertainty, most: usize, room: &Room) -> Vec<String> {
+pub(super) fn lines(answers: &Answers, outcome: &Uncertainty, most: usize, room: &ScreenLimits) -> Vec<String> {
     let mut lines = table_on_screen(answers, outcome, most);
-    if let (Some(sensor), false) = (answers.bondline(), room.is_shared) {
-        lines.extend(causes::alone(answers, outcome, sensor).into_iter().flat_map(|text| wrapped("", &text)));
+    if let (Some(sensor), false) = (answers.deepest_sensor(), room.is_shared) {
+        lines.extend(
+            sensitivity_indices::variance_decomposition(answers, outcome, sensor)
+                .into_iter()
+                .flat_map(|text| wrap("", &text)),
+        );
     }
     lines
 }
@@ -98,26 +102,26 @@ fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec
         "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
         "sensor", "nominal peak", "time", "RMSE", "std dev", "95 % interval", "largest share"
     )];
-    let (sensors, others) = shown(answers, most);
+    let (sensors, others) = shown_sensors(answers, most);
     for index in sensors {
         let peak = &outcome.peaks[index];
         let [low_k, .., high_k] = peak.percentiles_k;
-        let (deviation, within) = if outcome.ok > 1 {
-            let within = format!("{}–{} K", words::grouped(low_k, 0), words::grouped(high_k, 0));
-            (words::change(peak.deviation_k), within)
+        let (deviation, within) = if outcome.completed > 1 {
+            let within = format!("{}–{} K", format::grouped(low_k, 0), format::grouped(high_k, 0));
+            (format::temperature_change(peak.deviation_k), within)
         } else {
             ("-".to_owned(), "-".to_owned())
         };
-        let blame = ranked(&answers.case, outcome, index).into_iter().flatten().next();
+        let blame = ranked_shares(&answers.case, outcome, index).into_iter().flatten().next();
         let blame = blame.filter(|(_, share)| *share > 0.0).map_or("-".to_owned(), |(factor, share)| {
-            format!("{} {}", words::short(&answers.case.factors[factor].name, 10), words::percent(share))
+            format!("{} {}", format::truncate(&answers.case.factors[factor].name, 10), format::percent(share))
         });
         lines.push(format!(
             "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
-            words::short(&answers.case.sensors[index].name, 6),
-            words::kelvin(peak.nominal.temperature_k),
-            words::seconds(peak.nominal.time_s),
-            answers.nominal.as_ref().map_or("-".to_owned(), |nominal| misfit(answers, nominal, index).0),
+            format::truncate(&answers.case.sensors[index].name, 6),
+            format::kelvin(peak.nominal.temperature_k),
+            format::seconds(peak.nominal.time_s),
+            answers.nominal.as_ref().map_or("-".to_owned(), |nominal| misfit_text(answers, nominal, index).0),
             deviation,
             within,
             blame
@@ -127,43 +131,47 @@ fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec
     lines
 }
 
-fn spread(case: &Case, outcome: &Uncertainty, sensor: usize) -> String {
-    if outcome.ok < 2 {
-        return format!("{} of {} completed: no statistics.", outcome.ok, words::counted(outcome.asked, "member"));
+fn peak_interval(case: &Case, outcome: &Uncertainty, sensor: usize) -> String {
+    if outcome.completed < 2 {
+        return format!(
+            "{} of {} completed: no statistics.",
+            outcome.completed,
+            format::counted(outcome.members, "member")
+        );
     }
     let peak = &outcome.peaks[sensor];
     format!(
         "Peak of {} over {}: mean {}, standard deviation {} K, 95 % interval {} to {}.",
         case.sensors[sensor].name,
-        words::counted(outcome.ok, "member"),
-        words::kelvin(peak.mean_k),
-        words::significant(peak.deviation_k, 2),
-        words::kelvin(peak.percentiles_k[0]),
-        words::kelvin(peak.percentiles_k[4])
+        format::counted(outcome.completed, "member"),
+        format::kelvin(peak.mean_k),
+        format::significant(peak.deviation_k, 2),
+        format::kelvin(peak.percentiles_k[0]),
+        format::kelvin(peak.percentiles_k[4])
     )
 }
 
 /// The factors with the largest variance shares at the nominal peak of a sensor.
-fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
-    let text: Vec<String> = ranked(case, outcome, sensor)?
+fn largest_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
+    let text: Vec<String> = ranked_shares(case, outcome, sensor)?
         .into_iter()
         .take(3)
         .filter(|(_, share)| *share >= 0.05)
         .map(|(factor, share)| {
             let factor = &case.factors[factor];
-            format!("{} ({}, {})", factor.name, words::meaning(factor), words::percent(share))
+            format!("{} ({}, {})", factor.name, format::factor_meaning(factor), format::percent(share))
         })
         .collect();
     let name = &case.sensors[sensor].name;
     (!text.is_empty())
-        .then(|| format!("Largest variance shares at the nominal peak of {name}: {}.", words::listed(&text)))
+        .then(|| format!("Largest variance shares at the nominal peak of {name}: {}.", format::list(&text)))
 }
 
 /// Factors with their variance shares at the nominal peak of a sensor, largest first.
-fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
-    let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
+fn ranked_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
+    let instant = nearest_index(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
     let mut shares: Vec<(usize, f64)> = (0..case.factors.len())
-        .map(|factor| (factor, outcome.spreads[sensor].causes[instant].shares[factor]))
+        .map(|factor| (factor, outcome.spreads[sensor].indices[instant].shares[factor]))
         .collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     Some(shares)
@@ -173,20 +181,28 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
     let case = &answers.case;
     let rows: Vec<Vec<String>> = (case.sensors.iter().zip(&outcome.peaks).enumerate())
         .map(|(index, (sensor, peak))| {
-            let blame: Vec<String> = ranked(case, outcome, index)
+            let blame: Vec<String> = ranked_shares(case, outcome, index)
                 .into_iter()
                 .flatten()
                 .take(3)
                 .filter(|(_, share)| *share >= 0.05)
-                .map(|(factor, share)| format!("{} {}", case.factors[factor].name, words::percent(share)))
+                .map(|(factor, share)| format!("{} {}", case.factors[factor].name, format::percent(share)))
                 .collect();
             vec![
                 sensor.name.clone(),
-                words::grouped(peak.nominal.temperature_k, 0),
-                words::grouped(peak.mean_k, 0),
-                words::significant(peak.deviation_k, 2),
-                format!("{} to {}", words::grouped(peak.percentiles_k[0], 0), words::grouped(peak.percentiles_k[4], 0)),
-                format!("{} to {}", words::grouped(peak.percentiles_s[0], 1), words::grouped(peak.percentiles_s[4], 1)),
+                format::grouped(peak.nominal.temperature_k, 0),
+                format::grouped(peak.mean_k, 0),
+                format::significant(peak.deviation_k, 2),
+                format!(
+                    "{} to {}",
+                    format::grouped(peak.percentiles_k[0], 0),
+                    format::grouped(peak.percentiles_k[4], 0)
+                ),
+                format!(
+                    "{} to {}",
+                    format::grouped(peak.percentiles_s[0], 1),
+                    format::grouped(peak.percentiles_s[4], 1)
+                ),
                 blame.join(", "),
             ]
         })
@@ -194,14 +210,14 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
     let failures: Vec<Vec<String>> = outcome
         .failures
         .iter()
-        .map(|failure| vec![failure.reason.clone(), words::count(failure.members), words::count(failure.first)])
+        .map(|failure| vec![failure.reason.clone(), format::count(failure.members), format::count(failure.first)])
         .collect();
     let drawn = format!(
         "{} sampled ({} sampling, seed {}), {} completed.",
-        words::counted(outcome.asked, "member"),
+        format::counted(outcome.members, "member"),
         outcome.sampling,
         outcome.seed,
-        words::count(outcome.ok)
+        format::count(outcome.completed)
     );
     let head = [
         "Sensor",
@@ -215,41 +231,41 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
     paragraph(&drawn)
         + &table("Peak temperatures of the members", &head, &rows)
         + &table("Failed members", &["Reason", "Members", "First member"], &failures)
-        + &answers.bondline().map(|sensor| due(answers, outcome, sensor)).unwrap_or_default()
+        + &answers.deepest_sensor().map(|sensor| peak_indices(answers, outcome, sensor)).unwrap_or_default()
 }
 
 /// Sensitivity indices of the peak of a sensor and of its time.
-fn due(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> String {
+fn peak_indices(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> String {
     let (name, peak) = (&answers.case.sensors[sensor].name, &outcome.peaks[sensor]);
     let of = |quantity: &str, causes| {
         table(
             &format!("Sensitivity indices of the {quantity} of {name}"),
-            &causes::HEAD,
-            &causes::rows(answers, causes),
+            &sensitivity_indices::HEAD,
+            &sensitivity_indices::rows(answers, causes),
         )
     };
-    of("peak temperature", &peak.causes)
-        + &of("time of the peak", &peak.causes_of_time)
-        + &paragraph(causes::explanation(outcome))
+    of("peak temperature", &peak.temperature_indices)
+        + &of("time of the peak", &peak.time_indices)
+        + &paragraph(sensitivity_indices::explanation(outcome))
 }
 
-fn percentiles(case: &Case, outcome: &Uncertainty) -> Result<File, ReportError> {
+fn percentiles(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportError> {
     let columns =
         ["mean_K", "standard_deviation_K", "minimum_K", "p2.5_K", "p25_K", "p50_K", "p75_K", "p97.5_K", "maximum_K"];
     let columns = columns.into_iter().chain(["simultaneous_low_K", "simultaneous_high_K"]);
-    let mut table = Table::new("percentiles.csv", ["sensor", "time_s"].into_iter().chain(columns))?;
+    let mut table = CsvTable::new("percentiles.csv", ["sensor", "time_s"].into_iter().chain(columns))?;
     for (sensor, spread) in case.sensors.iter().zip(&outcome.spreads) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
             let percentiles = spread.percentiles_k.iter().map(|curve| curve[at]);
-            let after = [spread.high_k[at], spread.whole.low_k[at], spread.whole.high_k[at]];
+            let after = [spread.high_k[at], spread.simultaneous.low_k[at], spread.simultaneous.high_k[at]];
             let before = [time_s, spread.mean_k[at], spread.deviation_k[at], spread.low_k[at]];
             table.row(Some(&sensor.name), before.into_iter().chain(percentiles).chain(after))?;
         }
     }
-    table.close()
+    table.finish()
 }
 
-fn shares(case: &Case, outcome: &Uncertainty) -> Result<File, ReportError> {
+fn shares(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportError> {
     let endings = [
         "_share",
         "_correlation",
@@ -264,20 +280,24 @@ fn shares(case: &Case, outcome: &Uncertainty) -> Result<File, ReportError> {
     ];
     let columns = endings.into_iter().flat_map(|ending| factor_columns(case, ending));
     let columns = columns.chain(["unexplained".to_owned()]);
-    let mut table = Table::new("shares.csv", head(&["sensor", "time_s"], columns))?;
+    let mut table = CsvTable::new("shares.csv", header(&["sensor", "time_s"], columns))?;
     for (sensor, spread) in case.sensors.iter().zip(&outcome.spreads) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let causes = &spread.causes[at];
+            let causes = &spread.indices[at];
             let correlations = [&causes.correlations, &causes.rank_correlations, &causes.partial_rank_correlations];
-            let ends = [|index: &Likely| index.value, |index: &Likely| index.low, |index: &Likely| index.high];
+            let ends = [
+                |index: &ConfidenceInterval| index.value,
+                |index: &ConfidenceInterval| index.low,
+                |index: &ConfidenceInterval| index.high,
+            ];
             let indices = [&causes.first, &causes.total].into_iter();
             let indices = indices.flat_map(|of| ends.into_iter().flat_map(move |end| of.iter().map(end)));
             let values = causes.shares.iter().copied();
             let values = values.chain(correlations.into_iter().flatten().map(|likely| likely.value)).chain(indices);
-            table.row(Some(&sensor.name), std::iter::once(time_s).chain(values).chain([causes.rest]))?;
+            table.row(Some(&sensor.name), std::iter::once(time_s).chain(values).chain([causes.unexplained]))?;
         }
     }
-    table.close()
+    table.finish()
 }
 
 #[cfg(test)]
@@ -292,21 +312,21 @@ mod tests {
         let (case, outcome) = (&outcomes.case, &outcomes.uncertainty);
         let figures = figures::all(&outcomes.answers("study"));
         for (sensor, of) in case.sensors.iter().enumerate() {
-            let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s).expect("an instant");
-            let shares = &outcome.spreads[sensor].causes[instant].shares;
-            let text = blame(case, outcome, sensor).expect("shares");
+            let instant = nearest_index(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s).expect("an instant");
+            let shares = &outcome.spreads[sensor].indices[instant].shares;
+            let text = largest_shares(case, outcome, sensor).expect("shares");
             let (named, others): (Vec<usize>, Vec<usize>) =
                 (0..shares.len()).partition(|&factor| text.contains(&format!("{} (", case.factors[factor].name)));
             let least = named.iter().map(|&factor| shares[factor]).fold(1.0, f64::min);
             let most = others.iter().map(|&factor| shares[factor]).fold(0.0, f64::max);
             assert!(!named.is_empty() && named.len() <= 3 && least >= most, "{text}: {shares:?}");
             for &factor in &named {
-                assert!(text.contains(&words::percent(shares[factor])), "{text}: {shares:?}");
+                assert!(text.contains(&format::percent(shares[factor])), "{text}: {shares:?}");
             }
             let largest = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).expect("a factor");
             let figure = figures.iter().find(|figure| figure.id == format!("shares-{}", of.name)).expect("a chart");
             let expected = format!(") {} (", case.factors[largest].name);
-            let largest_share = format!("has the largest share, {}", words::percent(shares[largest]));
+            let largest_share = format!("has the largest share, {}", format::percent(shares[largest]));
             assert!(
                 figure.caption.contains(&expected) && figure.caption.contains(&largest_share),
                 "{}",

@@ -1,26 +1,26 @@
 //! Warnings about a result.
 
-use super::{answer, words};
+use super::{format, reportable};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
 use crate::study::answers::Answers;
-use crate::study::nominal::Nominal;
-use crate::traces::Arrival;
+use crate::study::nominal::Prediction;
+use crate::traces::MemberStatus;
 
 /// Largest acceptable relative residual of the energy and mass balances.
-const BALANCE: f64 = 1e-3;
+const MAX_BALANCE_RESIDUAL: f64 = 1e-3;
 /// Excursions beyond a property table up to this are ignored, K: over a few kelvin no property changes.
-const EXCURSION_K: f64 = 10.0;
+const TABLE_MARGIN_K: f64 = 10.0;
 /// Condition number from which an estimate is called ill-conditioned. Belsley, Kuh & Welsch (*Regression
 /// Diagnostics*, 1980) call 30 to 100 strong collinearity.
-pub(super) const CONDITION: f64 = 50.0;
+pub(super) const ILL_CONDITIONED: f64 = 50.0;
 
 /// All warnings: those of every result, then temperatures beyond property tables.
 pub(super) fn all(answers: &Answers) -> Vec<String> {
-    let each = answer::all(answers);
+    let each = reportable::all(answers);
     let mut warnings: Vec<String> = each.iter().flat_map(|answer| answer.warnings(answers)).collect();
-    let marches: Vec<&Nominal> =
+    let marches: Vec<&Prediction> =
         answers.nominal_march().into_iter().chain(each.iter().find_map(|answer| answer.fitted())).collect();
-    warnings.extend(excursions(&answers.case, &marches));
+    warnings.extend(table_excursions(&answers.case, &marches));
     warnings
 }
 
@@ -37,88 +37,88 @@ pub(super) fn surrogates(case: &Case) -> Vec<&Material> {
 }
 
 /// Warnings about the `which` march, `nominal` or `fitted`.
-pub(super) fn march(case: &Case, outcome: &Nominal, which: &str) -> Vec<String> {
+pub(super) fn march_warnings(case: &Case, outcome: &Prediction, which: &str) -> Vec<String> {
     let mut warnings = Vec::new();
-    match &outcome.arrival {
-        Arrival::Done => {}
-        Arrival::Strayed { time_s } => warnings.push(format!(
+    match &outcome.status {
+        MemberStatus::Completed => {}
+        MemberStatus::Diverged { time_s } => warnings.push(format!(
             "The {which} march diverged at {}; later temperatures are invalid.",
-            words::seconds(*time_s)
+            format::seconds(*time_s)
         )),
-        Arrival::LeftTable { ply, temperature_k } => warnings.push(format!(
+        MemberStatus::OutOfTable { ply, temperature_k } => warnings.push(format!(
             "The {which} march left a property table of ply {} at {}; the table does not allow extrapolation.",
             case.layup.plies[*ply].name,
-            words::kelvin(*temperature_k)
+            format::kelvin(*temperature_k)
         )),
     }
-    if let Some(reached) = outcome.reached.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
+    if let Some(reached) = outcome.error_estimate.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
         warnings.push(format!(
             "The discretisation error of the {which} march is {} K, above the tolerance of {} K: set cells and steps \
              in [resolution].",
-            words::significant(reached.nominal_k, 2),
-            words::significant(reached.tolerance_k, 2)
+            format::significant(reached.nominal_k, 2),
+            format::significant(reached.tolerance_k, 2)
         ));
     }
-    let gauges = outcome.reached.iter().flat_map(|reached| &reached.gauges);
+    let gauges = outcome.error_estimate.iter().flat_map(|reached| &reached.gauges);
     for gauge in gauges.filter(|gauge| gauge.error > gauge.tolerance) {
         warnings.push(format!(
             "The discretisation error of the {which} march in {} is {}, above the tolerance of {}.",
-            words::gauge_word(gauge.gauge),
-            words::gauge_error(gauge.gauge, gauge.error),
-            words::gauge_error(gauge.gauge, gauge.tolerance)
+            format::gauge_name(gauge.gauge),
+            format::gauge_error(gauge.gauge, gauge.error),
+            format::gauge_error(gauge.gauge, gauge.tolerance)
         ));
     }
     let residual = outcome.balance.residual();
-    if residual.abs() > BALANCE {
+    if residual.abs() > MAX_BALANCE_RESIDUAL {
         warnings.push(format!(
             "The energy balance of the {which} march has a relative residual of {}, above the limit of {}: refine \
              steps or cells.",
-            words::significant(residual, 2),
-            words::significant(BALANCE, 1)
+            format::significant(residual, 2),
+            format::significant(MAX_BALANCE_RESIDUAL, 1)
         ));
     }
     let residual = outcome.balance.mass_residual();
-    if residual.abs() > BALANCE {
+    if residual.abs() > MAX_BALANCE_RESIDUAL {
         warnings.push(format!(
             "The mass balance of the {which} march has a relative residual of {}, above the limit of {}: refine steps \
              or cells.",
-            words::significant(residual, 2),
-            words::significant(BALANCE, 1)
+            format::significant(residual, 2),
+            format::significant(MAX_BALANCE_RESIDUAL, 1)
         ));
     }
     warnings
 }
 
 /// A property of a ply at temperatures beyond its table.
-struct Excursion<'a> {
+struct TableExcursion<'a> {
     ply: &'a Ply,
     is_above: bool,
     property: &'static str,
     /// End of its table, and the extreme temperature of the ply, K.
     bound_k: f64,
-    met_k: f64,
+    extreme_k: f64,
 }
 
 /// Warnings about materials that left a property table in any of the marches.
-pub(super) fn excursions(case: &Case, marches: &[&Nominal]) -> Vec<String> {
+pub(super) fn table_excursions(case: &Case, marches: &[&Prediction]) -> Vec<String> {
     let mut warnings = Vec::new();
-    let mut left: Vec<Excursion<'_>> = Vec::new();
+    let mut left: Vec<TableExcursion<'_>> = Vec::new();
     for (index, ply) in case.layup.plies.iter().enumerate() {
         let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
         let Some((coldest_k, hottest_k)) = met.copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { continue };
         for (property, (low_k, high_k)) in table_ranges(case, index) {
-            if hottest_k > high_k + EXCURSION_K {
-                left.push(Excursion { ply, is_above: true, property, bound_k: high_k, met_k: hottest_k });
+            if hottest_k > high_k + TABLE_MARGIN_K {
+                left.push(TableExcursion { ply, is_above: true, property, bound_k: high_k, extreme_k: hottest_k });
             }
-            if coldest_k < low_k - EXCURSION_K {
-                left.push(Excursion { ply, is_above: false, property, bound_k: low_k, met_k: coldest_k });
+            if coldest_k < low_k - TABLE_MARGIN_K {
+                left.push(TableExcursion { ply, is_above: false, property, bound_k: low_k, extreme_k: coldest_k });
             }
         }
     }
     // One warning for all plies of a material.
     while let Some(first) = left.first() {
         let (id, is_above) = (first.ply.material.id.clone(), first.is_above);
-        let alike = |other: &Excursion<'_>| other.ply.material.id == id && other.is_above == is_above;
+        let alike = |other: &TableExcursion<'_>| other.ply.material.id == id && other.is_above == is_above;
         let (together, others): (Vec<_>, Vec<_>) = left.into_iter().partition(alike);
         warnings.push(excursion_warning(&together));
         left = others;
@@ -127,11 +127,11 @@ pub(super) fn excursions(case: &Case, marches: &[&Nominal]) -> Vec<String> {
 }
 
 /// Warning about excursions of one material in one direction.
-fn excursion_warning(together: &[Excursion<'_>]) -> String {
+fn excursion_warning(together: &[TableExcursion<'_>]) -> String {
     let (mut plies, mut tables): (Vec<&str>, Vec<String>) = (Vec::new(), Vec::new());
     for left in together {
         let ends = if left.is_above { "ends" } else { "begins" };
-        let table = format!("{} {ends} at {} K", left.property, words::grouped(left.bound_k, 0));
+        let table = format!("{} {ends} at {} K", left.property, format::grouped(left.bound_k, 0));
         if !plies.contains(&left.ply.name.as_str()) {
             plies.push(&left.ply.name);
         }
@@ -139,13 +139,14 @@ fn excursion_warning(together: &[Excursion<'_>]) -> String {
             tables.push(table);
         }
     }
-    let farthest = together.iter().max_by(|a, b| (a.met_k - a.bound_k).abs().total_cmp(&(b.met_k - b.bound_k).abs()));
-    let (material, met_k) = farthest.map_or(("", f64::NAN), |left| (left.ply.material.name.as_str(), left.met_k));
+    let farthest =
+        together.iter().max_by(|a, b| (a.extreme_k - a.bound_k).abs().total_cmp(&(b.extreme_k - b.bound_k).abs()));
+    let (material, met_k) = farthest.map_or(("", f64::NAN), |left| (left.ply.material.name.as_str(), left.extreme_k));
     format!(
         "{material} ({}) reaches {}, beyond its property tables: {}.",
-        words::listed(&plies),
-        words::kelvin(met_k),
-        words::listed(&tables)
+        format::list(&plies),
+        format::kelvin(met_k),
+        format::list(&tables)
     )
 }
 
@@ -158,7 +159,7 @@ fn table_ranges(case: &Case, index: usize) -> Vec<(&'static str, (f64, f64))> {
             .map(|(_, table)| table.range_k())
             .reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
             .unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
-        Conductivity::Parts(parts) => parts.range_k,
+        Conductivity::ThreePart(parts) => parts.range_k,
     };
     let mut known = vec![("conductivity", conductivity), ("heat capacity", material.heat_capacity.range_k())];
     let radiates = |face: &Face| matches!(face, Face::Open(open) if open.emissivity == Emissivity::Material);
@@ -175,7 +176,7 @@ mod tests {
     use crate::report::fixture;
 
     /// Number of warnings of a study that contain a text.
-    fn count_of(outcomes: &fixture::Outcomes, text: &str) -> usize {
+    fn count_of(outcomes: &fixture::StudyFixture, text: &str) -> usize {
         all(&outcomes.answers("study")).iter().filter(|warning| warning.contains(text)).count()
     }
 

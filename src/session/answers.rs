@@ -1,7 +1,7 @@
 //! The report of a study.
 
 use super::error::SessionError;
-use crate::report::{self, files::OutputFolder, summary};
+use crate::report::{self, files::OutputFolder, terminal};
 use crate::study::answers::Answers;
 use std::path::PathBuf;
 
@@ -17,6 +17,6 @@ impl Answers {
 
     /// The report as text for a terminal.
     pub fn summary(&self) -> String {
-        summary::screen(self)
+        terminal::screen(self)
     }
 }

@@ -4,12 +4,12 @@ use crate::case::CaseError;
 use crate::march::MarchError;
 #[cfg(feature = "report")]
 use crate::report::ReportError;
-use crate::study::beside::BesideError;
 use crate::study::estimate::EstimateError;
-use crate::study::history::HistoryError;
+use crate::study::flux_inversion::InversionError;
+use crate::study::model_comparison::ComparisonError;
 use crate::study::posterior::PosteriorError;
 use crate::study::size::SizeError;
-use crate::study::twin::TwinError;
+use crate::study::twin::SyntheticDataError;
 use std::fmt;
 
 /// The error of a study.
@@ -35,7 +35,7 @@ pub enum SessionError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputError {
-    /// The option at fault; `None` if it is not a single one.
+    /// The option at fault; `Scalar` if it is not a single one.
     pub option: Option<&'static str>,
     /// The rest of the sentence: `: no sensor is called "TC9"; there are TC1, TC2`.
     pub message: String,
@@ -43,12 +43,12 @@ pub struct InputError {
 
 impl InputError {
     /// An error of no single option.
-    pub(super) fn plain(message: impl ToString) -> Self {
+    pub(super) fn general(message: impl ToString) -> Self {
         Self { option: None, message: message.to_string() }
     }
 
     /// An error of an option. The message follows the name of the option directly.
-    pub(super) fn of(option: &'static str, message: impl ToString) -> Self {
+    pub(super) fn for_option(option: &'static str, message: impl ToString) -> Self {
         Self { option: Some(option), message: message.to_string() }
     }
 }
@@ -72,7 +72,7 @@ impl From<MarchError> for SessionError {
 
 impl From<CaseError> for SessionError {
     fn from(error: CaseError) -> Self {
-        InputError::plain(error).into()
+        InputError::general(error).into()
     }
 }
 
@@ -83,26 +83,26 @@ macro_rules! from_study {
             fn from(error: $error) -> Self {
                 match error {
                     $error::March(error) => error.into(),
-                    other => InputError::plain(other).into(),
+                    other => InputError::general(other).into(),
                 }
             }
         })*
     };
 }
 
-from_study!(EstimateError, HistoryError, PosteriorError, SizeError, TwinError);
+from_study!(EstimateError, InversionError, PosteriorError, SizeError, SyntheticDataError);
 
-impl From<BesideError> for SessionError {
-    fn from(error: BesideError) -> Self {
+impl From<ComparisonError> for SessionError {
+    fn from(error: ComparisonError) -> Self {
         match error {
-            BesideError::Estimate(error) => error.into(),
-            other => InputError::plain(other).into(),
+            ComparisonError::Estimate(error) => error.into(),
+            other => InputError::general(other).into(),
         }
     }
 }
 
 /// The index of `name` in `names`; an error lists them.
-pub(super) fn find<'a>(
+pub(super) fn index_of<'a>(
     names: impl Iterator<Item = &'a str>,
     name: &str,
     option: &'static str,
@@ -112,6 +112,6 @@ pub(super) fn find<'a>(
     let index = names.iter().position(|other| *other == name);
     index.ok_or_else(|| {
         let all = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        InputError::of(option, format!(": no {noun} is called {name:?}; there are {all}")).into()
+        InputError::for_option(option, format!(": no {noun} is called {name:?}; there are {all}")).into()
     })
 }

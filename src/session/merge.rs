@@ -1,15 +1,15 @@
 //! Merging of the parts of a sweep. The result is bit-identical to one sweep over all members.
 
 use super::error::{InputError, SessionError};
+use crate::adapt::adapt;
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{Backend, Precision};
-use crate::pilot::pilot;
 use crate::study::answers::Answers;
-use crate::study::nominal::Nominal;
-use crate::study::seconds::Seconds;
+use crate::study::nominal::Prediction;
 use crate::study::sweep_piece::{Piece, PieceError, fingerprint};
-use crate::study::uncertainty::Gathered;
+use crate::study::timing::Timing;
+use crate::study::uncertainty::SweepStatistics;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -22,13 +22,13 @@ struct MergedPart<'a> {
 }
 
 /// Merge files of the form of [`sweep_piece`](crate::study::sweep_piece), in any order. `case_path` is the path of the
-/// case; `None`: the path that the first file states.
+/// case; `Scalar`: the path that the first file states.
 ///
 /// # Errors
 /// When the files are not all parts of one sweep, the case has changed since, or a file cannot be read.
 pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, SessionError> {
     let began = Instant::now();
-    let path = pieces.first().ok_or_else(|| InputError::plain("no files to merge"))?;
+    let path = pieces.first().ok_or_else(|| InputError::general("no files to merge"))?;
     let first = Piece::read(path)?;
     check_same_sweep((path, &first), (path, &first))?;
     let case_path = case_path.unwrap_or(&first.case.path);
@@ -44,7 +44,7 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
             first.case.fingerprint
         )));
     }
-    let plan = pilot(&case)?;
+    let plan = adapt(&case)?;
     let plan_s = began.elapsed().as_secs_f64();
     let traces = first.nominal(case.sensors.len());
     let temperatures = case.sensors.len() * plan.instants_s.len();
@@ -55,10 +55,10 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
     {
         return Err(damaged_file(path));
     }
-    let nominal = Nominal::of(&case, &plan, &traces, 0);
+    let nominal = Prediction::of(&case, &plan, &traces, 0);
     let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged_file(path))?;
     let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged_file(path))?;
-    let mut whole = Gathered::new(&case, &nominal, &envelope, bounds, kind);
+    let mut whole = SweepStatistics::new(&case, &nominal, &envelope, bounds, kind);
     let mut merged: Vec<MergedPart<'_>> = Vec::with_capacity(pieces.len());
     for at in pieces {
         let piece = Piece::read(at)?;
@@ -70,9 +70,9 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
     }
     merged.sort_by_key(|part| (part.members.start, part.members.end));
     check_complete(&merged, first.draw.members)?;
-    let outcome = whole.answer(&nominal, &Sampling { kind, seed: first.draw.seed }, first.draw.members);
+    let outcome = whole.results(&nominal, &Sampling { kind, seed: first.draw.seed }, first.draw.members);
     // The times of the marches are in the outputs of the parts.
-    let seconds = Seconds { plan_s, march_s: 0.0, reduce_s: began.elapsed().as_secs_f64() - plan_s, began };
+    let seconds = Timing { plan_s, march_s: 0.0, other_s: began.elapsed().as_secs_f64() - plan_s, start: began };
     let mut answers = Answers::new("merge", case, merged_backend(&first, &merged), seconds);
     answers.seed = Some(first.draw.seed);
     answers.nominal = Some(nominal);
@@ -82,12 +82,12 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
 
 impl From<PieceError> for SessionError {
     fn from(error: PieceError) -> Self {
-        InputError::plain(error).into()
+        InputError::general(error).into()
     }
 }
 
 fn input_error(message: String) -> SessionError {
-    InputError::plain(message).into()
+    InputError::general(message).into()
 }
 
 fn damaged_file(path: &Path) -> SessionError {
@@ -125,7 +125,7 @@ fn check_same_sweep((path, piece): (&Path, &Piece), (at, first): (&Path, &Piece)
     if backend(piece) != backend(first) {
         return differs("backends", &backend(piece), &backend(first));
     }
-    if !piece.has_nominal_of(first) {
+    if !piece.has_same_nominal(first) {
         let word = |piece: &Piece| format!("on {}", piece.backend.name);
         return differs("nominal marches", &word(piece), &word(first));
     }

@@ -13,8 +13,8 @@ mod merge;
 mod options;
 mod selection;
 
-pub use crate::march::choose::Kind;
-pub use crate::march::monitored::{CancelToken, Progress, ProgressCallback};
+pub use crate::march::backend_selection::BackendKind;
+pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
 pub use crate::study::answers::Answers;
 pub use error::{InputError, SessionError};
 #[cfg(feature = "serde")]
@@ -24,26 +24,26 @@ pub use options::{
     SizeOptions, Start, StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
 
+use crate::adapt::adapt_monitored;
 use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
-use crate::march::monitored::Monitored;
-use crate::march::{Backend, March, Precision, choose, march_all};
-use crate::pilot::pilot_monitored;
+use crate::march::monitor::MonitoredMarch;
+use crate::march::{Backend, March, Precision, backend_selection, march_all};
 use crate::plan::Plan;
 #[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
-use crate::study::beside::beside;
-use crate::study::estimate::{Estimated, Search, estimate};
-use crate::study::history::{History, history};
-use crate::study::nominal::{Nominal, nominal};
+use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study};
+use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate};
+use crate::study::flux_inversion::{FluxInversion, invert_flux};
+use crate::study::model_comparison::compare_models;
+use crate::study::nominal::{Prediction, nominal};
 use crate::study::posterior::{Walkers, posterior};
-use crate::study::recovery::{Design, Recovery, recovery};
-use crate::study::seconds::Seconds;
 use crate::study::sensitivity::{Sensitivity, sensitivity};
+use crate::study::simultaneous_band::Envelope;
 use crate::study::size::{Sizing, size};
-use crate::study::twin::{Twin, twin};
-use crate::study::uncertainty::{Gathered, Uncertainty, reason};
-use crate::study::whole_traces::Envelope;
+use crate::study::timing::Timing;
+use crate::study::twin::{SyntheticData, twin};
+use crate::study::uncertainty::{SweepStatistics, Uncertainty, failure_reason};
 use crate::traces::Traces;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
@@ -72,7 +72,7 @@ pub struct Session {
 struct OpenMarch {
     precision: Option<Precision>,
     seeks_hardware: bool,
-    march: Monitored,
+    march: MonitoredMarch,
 }
 
 /// Time that opening the session took. The first study includes it in its report.
@@ -86,9 +86,9 @@ struct OpeningTime {
 #[non_exhaustive]
 pub struct SweepPart {
     /// The march at nominal factors.
-    pub nominal: Nominal,
+    pub nominal: Prediction,
     /// The statistics.
-    pub gathered: Gathered,
+    pub statistics: SweepStatistics,
     /// The backend that computed them.
     pub backend: Backend,
 }
@@ -105,12 +105,12 @@ impl Session {
             None => None,
             Some(threads) => {
                 let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-                Some(pool.map_err(|error| InputError::of("threads", format!(" {threads}: {error}")))?)
+                Some(pool.map_err(|error| InputError::for_option("threads", format!(" {threads}: {error}")))?)
             }
         };
         let case = with_tolerance(case, options.tolerance_k);
         options.cancel.check()?;
-        let plan = in_pool(pool.as_ref(), || pilot_monitored(&case, &options.monitor()))?;
+        let plan = in_pool(pool.as_ref(), || adapt_monitored(&case, &options.monitor()))?;
         let plan_s = began.elapsed().as_secs_f64();
         let options = options.clone();
         let opening = OpeningTime::default();
@@ -131,7 +131,7 @@ impl Session {
         &self.plan
     }
 
-    /// The answers of the last study; `None` after a study that failed.
+    /// The answers of the last study; `Scalar` after a study that failed.
     pub fn answers(&self) -> Option<&Answers> {
         self.answers.as_ref()
     }
@@ -140,7 +140,7 @@ impl Session {
     ///
     /// # Errors
     /// When the device fails or the march is cancelled.
-    pub fn predict(&mut self) -> Result<Nominal, SessionError> {
+    pub fn predict(&mut self) -> Result<Prediction, SessionError> {
         self.run("predict", self.case.clone(), 1, |study| study.predict())
     }
 
@@ -185,16 +185,16 @@ impl Session {
                 " {}..{}: expected a first member before the end, and an end of at most {}",
                 part.start, part.end, options.members
             );
-            return Err(InputError::of("part", message).into());
+            return Err(InputError::for_option("part", message).into());
         }
         let found = self.run("uncertainty", self.case.clone(), options.members, |study| {
             let nominal = study.predict()?;
-            if let Some(reason) = reason(&study.answers.case, &nominal.arrival) {
+            if let Some(reason) = failure_reason(&study.answers.case, &nominal.status) {
                 let message = format!("no statistics without a reference: the nominal march failed: {reason}");
-                return Err(InputError::plain(message).into());
+                return Err(InputError::general(message).into());
             }
             let gathered = study.sweep_statistics(options, &nominal, part, members)?;
-            Ok(SweepPart { nominal, gathered, backend: study.march.backend() })
+            Ok(SweepPart { nominal, statistics: gathered, backend: study.march.backend() })
         });
         self.answers = None;
         found
@@ -217,12 +217,12 @@ impl Session {
     ///
     /// # Errors
     /// When an option is wrong, there are no factors to estimate or no observations, the device fails or the march is
-    /// cancelled. A minimisation that does not converge is no error: see [`Estimated::converged`].
-    pub fn estimate(&mut self, options: &EstimateOptions) -> Result<Estimated, SessionError> {
+    /// cancelled. A minimisation that does not converge is no error: see [`ParameterEstimates::converged`].
+    pub fn estimate(&mut self, options: &EstimateOptions) -> Result<ParameterEstimates, SessionError> {
         let prepared = options.prepared(&self.case)?;
         self.run("estimate", prepared.case, ESTIMATE_MEMBERS, |study| {
             let others = prepared.others.into_iter().map(|other| with_tolerance(other, study.tolerance_k));
-            study.answers.others = others.collect();
+            study.answers.other_cases = others.collect();
             let found = study.estimate(&options.fit, options.posterior.as_ref())?;
             if let Some(other) = prepared.comparison {
                 study.compare(other, &options.fit, &found)?;
@@ -272,13 +272,13 @@ impl Session {
     /// # Errors
     /// When an option is wrong, the case does not have the quantity to estimate, the device fails or the march is
     /// cancelled.
-    pub fn history(&mut self, options: &HistoryOptions) -> Result<History, SessionError> {
+    pub fn history(&mut self, options: &HistoryOptions) -> Result<FluxInversion, SessionError> {
         let case = options.prepared(&self.case)?;
         self.run("history", case, 1, |study| {
             study.predict()?;
             let RunningStudy { march, answers, .. } = study;
-            let found = history(&answers.case, *march, &options.request())?;
-            answers.history = Some(found.clone());
+            let found = invert_flux(&answers.case, *march, &options.request())?;
+            answers.flux_inversion = Some(found.clone());
             Ok(found)
         })
     }
@@ -288,7 +288,7 @@ impl Session {
     ///
     /// # Errors
     /// When an option is wrong, the march with the true factors fails, the device fails or the march is cancelled.
-    pub fn twin(&mut self, options: &TwinOptions) -> Result<Twin, SessionError> {
+    pub fn twin(&mut self, options: &TwinOptions) -> Result<SyntheticData, SessionError> {
         let (truth, case) = (options.true_factors(&self.case)?, self.case.clone());
         let precision = self.options.precision.or(Some(Precision::F64));
         self.with_march(1, precision, |plan, march| {
@@ -302,17 +302,17 @@ impl Session {
     /// # Errors
     /// When an option is wrong, there are no factors to estimate, the device fails or the march is cancelled. A fit
     /// that does not converge is counted.
-    pub fn twin_study(&mut self, options: &TwinStudyOptions) -> Result<Recovery, SessionError> {
+    pub fn twin_study(&mut self, options: &TwinStudyOptions) -> Result<CoverageStudy, SessionError> {
         let case = options.prepared(&self.case)?;
-        self.run("twin", case, options.twins, |study| {
+        self.run("twin", case, options.data_sets, |study| {
             study.predict()?;
             let RunningStudy { plan, march, answers, .. } = study;
-            let search = Search { landscape: false, ..options.fit.search(march.backend().precision) };
-            let (twins, noise_k, noise) = (options.twins, options.noise_k, options.noise());
-            let design = Design { twins, drawn: Bounds::Small, noise_k, noise, search };
-            let found = recovery(&answers.case, plan, *march, &design)?;
+            let search = SearchOptions { landscape: false, ..options.fit.search(march.backend().precision) };
+            let (twins, noise_k, noise) = (options.data_sets, options.noise_k, options.noise());
+            let design = CoverageDesign { data_sets: twins, truth_bounds: Bounds::Small, noise_k, noise, search };
+            let found = coverage_study(&answers.case, plan, *march, &design)?;
             answers.seed = Some(options.seed);
-            answers.recovery = Some(found.clone());
+            answers.coverage_study = Some(found.clone());
             Ok(found)
         })
     }
@@ -325,15 +325,15 @@ impl Session {
     pub fn march(&mut self, points: &Ensemble) -> Result<Traces, SessionError> {
         self.check_points(points, &[])?;
         self.with_march(points.len(), self.options.precision, |plan, march| {
-            let mut traces = Traces::none(0, plan.places.len(), plan.instants_s.len());
-            march.expect(points.len());
+            let mut traces = Traces::empty(0, plan.sensor_locations.len(), plan.instants_s.len());
+            march.begin_sweep(points.len());
             march_all(march, plan, points, &mut |batch| traces.extend(&batch, 0..batch.members()))?;
             Ok(traces)
         })
     }
 
     /// [`march`](Self::march) with exact derivatives: each member is followed by its derivatives with respect to each
-    /// of `factors` (indices), stored as further members. `None` if the backend has no derivatives.
+    /// of `factors` (indices), stored as further members. `Scalar` if the backend has no derivatives.
     ///
     /// # Errors
     /// As [`march`](Self::march), and when there is no such factor.
@@ -367,13 +367,13 @@ impl Session {
         let count = self.case.factors.len();
         if points.factors() != count {
             let message = format!(": rows of {} values, expected one for each of {count} factors", points.factors());
-            return Err(InputError::of("points", message).into());
+            return Err(InputError::for_option("points", message).into());
         }
         match factors.iter().find(|&&factor| factor >= count) {
             None => Ok(()),
             Some(factor) => {
                 let message = format!(": no factor {factor}, expected an index below {count}");
-                Err(InputError::of("factors", message).into())
+                Err(InputError::for_option("factors", message).into())
             }
         }
     }
@@ -404,13 +404,13 @@ impl Session {
         let tolerance_k = self.options.tolerance_k;
         let (answer, answers) = self.with_march(members, self.options.precision, |plan, march| {
             let start = Instant::now();
-            let seconds = Seconds { plan_s: opening.plan_s, march_s: 0.0, reduce_s: 0.0, began };
+            let seconds = Timing { plan_s: opening.plan_s, march_s: 0.0, other_s: 0.0, start: began };
             let answers = Answers::new(command, case, march.backend(), seconds);
             let mut study = RunningStudy { plan, march, tolerance_k, answers };
             let answer = work(&mut study)?;
             let RunningStudy { march, mut answers, .. } = study;
             let (study_s, march_s) = (start.elapsed().as_secs_f64(), march.seconds());
-            answers.seconds = Seconds { march_s, reduce_s: (study_s - march_s).max(0.0), ..seconds };
+            answers.timing = Timing { march_s, other_s: (study_s - march_s).max(0.0), ..seconds };
             Ok((answer, answers))
         })?;
         Ok((answer, self.answers.insert(answers)))
@@ -421,7 +421,7 @@ impl Session {
         &mut self,
         members: usize,
         precision: Option<Precision>,
-        work: impl FnOnce(&Plan, &mut Monitored) -> Result<T, SessionError> + Send,
+        work: impl FnOnce(&Plan, &mut MonitoredMarch) -> Result<T, SessionError> + Send,
     ) -> Result<T, SessionError> {
         self.options.cancel.check()?;
         let index = self.open_march(members, precision)?;
@@ -432,14 +432,14 @@ impl Session {
 
     /// The index of the march for a number of members and a precision, which is opened if it is not yet.
     fn open_march(&mut self, members: usize, precision: Option<Precision>) -> Result<usize, SessionError> {
-        let choice = choose::Choice { precision, ..self.options.choice() };
-        let seeks_hardware = choose::seeks_hardware(&choice, &self.plan, members);
+        let choice = backend_selection::BackendOptions { precision, ..self.options.choice() };
+        let seeks_hardware = backend_selection::considers_gpu(&choice, &self.plan, members);
         let is_open = |open: &OpenMarch| (open.precision, open.seeks_hardware) == (precision, seeks_hardware);
         if let Some(index) = self.marches.iter().position(is_open) {
             return Ok(index);
         }
-        let march = in_pool(self.pool.as_ref(), || choose::open_extrapolated(&choice, &self.plan, members))?;
-        let march = Monitored::new(march, self.options.monitor());
+        let march = in_pool(self.pool.as_ref(), || backend_selection::open_extrapolated(&choice, &self.plan, members))?;
+        let march = MonitoredMarch::new(march, self.options.monitor());
         self.marches.push(OpenMarch { precision, seeks_hardware, march });
         Ok(self.marches.len() - 1)
     }
@@ -448,13 +448,13 @@ impl Session {
 /// A study while it runs.
 struct RunningStudy<'a> {
     plan: &'a Plan,
-    march: &'a mut Monitored,
+    march: &'a mut MonitoredMarch,
     tolerance_k: Option<f64>,
     answers: Answers,
 }
 
 impl RunningStudy<'_> {
-    fn predict(&mut self) -> Result<Nominal, SessionError> {
+    fn predict(&mut self) -> Result<Prediction, SessionError> {
         let found = nominal(&self.answers.case, self.plan, self.march)?;
         self.answers.nominal = Some(found.clone());
         Ok(found)
@@ -470,7 +470,7 @@ impl RunningStudy<'_> {
             None => self.predict()?,
         };
         let gathered = self.sweep_statistics(options, &nominal, 0..options.members, members)?;
-        let found = gathered.answer(&nominal, &options.sweep().sampling, options.members);
+        let found = gathered.results(&nominal, &options.sweep().sampling, options.members);
         self.answers.seed = Some(options.seed);
         self.answers.uncertainty = Some(found.clone());
         Ok(found)
@@ -480,15 +480,15 @@ impl RunningStudy<'_> {
     fn sweep_statistics(
         &mut self,
         options: &UncertaintyOptions,
-        nominal: &Nominal,
+        nominal: &Prediction,
         part: Range<usize>,
         members: &mut MembersCallback<'_>,
-    ) -> Result<Gathered, SessionError> {
+    ) -> Result<SweepStatistics, SessionError> {
         let (case, sweep) = (&self.answers.case, options.sweep());
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
-        let mut gathered = Gathered::new(case, nominal, &envelope, bounds, kind);
-        self.march.expect(part.len());
+        let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind);
+        self.march.begin_sweep(part.len());
         gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, members)?;
         Ok(gathered)
     }
@@ -500,15 +500,15 @@ impl RunningStudy<'_> {
         Ok(found)
     }
 
-    fn estimate(&mut self, fit: &FitOptions, walkers: Option<&Walkers>) -> Result<Estimated, SessionError> {
+    fn estimate(&mut self, fit: &FitOptions, walkers: Option<&Walkers>) -> Result<ParameterEstimates, SessionError> {
         let search = fit.search(self.march.backend().precision);
-        let Answers { case, others, .. } = &self.answers;
+        let Answers { case, other_cases: others, .. } = &self.answers;
         let monitor = self.march.monitor();
-        let plans: Vec<Plan> = others.iter().map(|other| pilot_monitored(other, &monitor)).collect::<Result<_, _>>()?;
+        let plans: Vec<Plan> = others.iter().map(|other| adapt_monitored(other, &monitor)).collect::<Result<_, _>>()?;
         let runs: Vec<(&Case, &Plan)> = std::iter::once((case, self.plan)).chain(others.iter().zip(&plans)).collect();
         let found = estimate(&runs, self.march, &search)?;
         if let Some(walkers) = walkers {
-            self.march.expect(runs.len() * walkers.number * walkers.moves);
+            self.march.begin_sweep(runs.len() * walkers.number * walkers.iterations);
             self.answers.posterior = Some(posterior(&runs, self.march, &found, walkers)?);
             self.answers.seed = Some(walkers.seed);
         }
@@ -517,11 +517,12 @@ impl RunningStudy<'_> {
     }
 
     /// Fit another case to the same observations, and compare the misfits.
-    fn compare(&mut self, other: Case, fit: &FitOptions, found: &Estimated) -> Result<(), SessionError> {
+    fn compare(&mut self, other: Case, fit: &FitOptions, found: &ParameterEstimates) -> Result<(), SessionError> {
         let Some(first) = found.fitted.first() else { return Ok(()) };
         let (search, other) = (fit.search(self.march.backend().precision), with_tolerance(other, self.tolerance_k));
-        let plan = pilot_monitored(&other, &self.march.monitor())?;
-        self.answers.beside = Some(beside((&self.answers.case, first), (&other, &plan), self.march, &search)?);
+        let plan = adapt_monitored(&other, &self.march.monitor())?;
+        self.answers.model_comparison =
+            Some(compare_models((&self.answers.case, first), (&other, &plan), self.march, &search)?);
         Ok(())
     }
 }
@@ -543,5 +544,5 @@ fn in_pool<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) 
 
 #[cfg(feature = "report")]
 fn nothing_to_report() -> SessionError {
-    InputError::plain("there is nothing to report: no study was run, or the last one failed").into()
+    InputError::general("there is nothing to report: no study was run, or the last one failed").into()
 }

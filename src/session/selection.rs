@@ -1,8 +1,8 @@
 //! Observations and factors that a study uses in place of those that the case states.
 
-use super::error::{InputError, SessionError, find};
+use super::error::{InputError, SessionError, index_of};
 use super::options::{FitOptions, ObservationSelection, Start};
-use crate::case::{Case, Estimate};
+use crate::case::{Case, EstimationSettings};
 use std::cmp::Ordering;
 
 impl ObservationSelection {
@@ -15,7 +15,7 @@ impl ObservationSelection {
             for ((case, estimate), chosen) in cases.iter().zip(&mut estimates).zip(chosen) {
                 if chosen.is_empty() {
                     let message = format!(": the case {:?} has none of {}", case.id, self.sensors.join(", "));
-                    return Err(InputError::of("sensors", message).into());
+                    return Err(InputError::for_option("sensors", message).into());
                 }
                 estimate.sensors = chosen;
             }
@@ -23,9 +23,9 @@ impl ObservationSelection {
         let reversed_s = self.window_s.filter(|(start_s, end_s)| start_s.partial_cmp(end_s) != Some(Ordering::Less));
         if let Some((start_s, end_s)) = reversed_s {
             let message = format!(": expected a start before the end, found {start_s} s and {end_s} s");
-            return Err(InputError::of("window", message).into());
+            return Err(InputError::for_option("window", message).into());
         }
-        let apply = |(case, mut estimate): (Case, Estimate)| {
+        let apply = |(case, mut estimate): (Case, EstimationSettings)| {
             estimate.bounds = self.bounds.unwrap_or(estimate.bounds);
             let case = case.with_estimate(estimate);
             let case = match self.window_s {
@@ -44,7 +44,7 @@ impl FitOptions {
         const MOST_STARTS: usize = 10_000;
         if !(1..=MOST_STARTS).contains(&self.starts) {
             let message = format!(" {}: expected from 1 to {MOST_STARTS}", self.starts);
-            return Err(InputError::of("starts", message).into());
+            return Err(InputError::for_option("starts", message).into());
         }
         let mut estimates = estimates(&cases);
         if !self.factors.is_empty() {
@@ -66,7 +66,7 @@ impl FitOptions {
 }
 
 /// The estimate that each case states.
-fn estimates(cases: &[Case]) -> Vec<Estimate> {
+fn estimates(cases: &[Case]) -> Vec<EstimationSettings> {
     cases.iter().map(|case| case.estimate.clone()).collect()
 }
 
@@ -83,7 +83,7 @@ fn check_samples(case: &Case) -> Result<(), SessionError> {
         (false, Some(&sensor)) => {
             let ((from_s, to_s), name) = (case.window_s(sensor), &case.sensors[sensor].name);
             let id = &case.id;
-            Err(InputError::plain(format!(
+            Err(InputError::general(format!(
                 "{id}: sensor {name:?} has no samples between {from_s} s and {to_s} s; leave it out"
             ))
             .into())
@@ -108,9 +108,9 @@ fn chosen_indices(
         }
     }
     for (index, name) in chosen.iter().enumerate() {
-        find(all.iter().copied(), name, option, noun)?;
+        index_of(all.iter().copied(), name, option, noun)?;
         if chosen[..index].contains(name) {
-            return Err(InputError::of(option, format!(" names {name:?} twice")).into());
+            return Err(InputError::for_option(option, format!(" names {name:?} twice")).into());
         }
     }
     let indices =
@@ -119,7 +119,7 @@ fn chosen_indices(
 }
 
 /// Set the start values of every case that estimates the factor, or of the one case that the start names.
-fn set_starts(cases: &[Case], estimates: &mut [Estimate], starts: &[Start]) -> Result<(), SessionError> {
+fn set_starts(cases: &[Case], estimates: &mut [EstimationSettings], starts: &[Start]) -> Result<(), SessionError> {
     if starts.is_empty() {
         return Ok(());
     }
@@ -135,13 +135,13 @@ fn set_starts(cases: &[Case], estimates: &mut [Estimate], starts: &[Start]) -> R
             let (low, high) = case.factors[estimate.factors[index]].bounds(estimate.bounds);
             if !(low..=high).contains(value) {
                 let message = format!(" {name}={value}: outside its bounds {low} to {high}");
-                return Err(InputError::of("start", message).into());
+                return Err(InputError::for_option("start", message).into());
             }
             estimate.start[index] = *value;
             is_estimated = true;
         }
         if !is_estimated {
-            return Err(InputError::of("start", format!(" {name}: that factor is not estimated")).into());
+            return Err(InputError::for_option("start", format!(" {name}: that factor is not estimated")).into());
         }
     }
     Ok(())
@@ -154,7 +154,7 @@ fn check_starts(cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
             let (low, high) = factor.bounds(bounds);
             if !(low..=high).contains(&start) {
                 let (id, name, bounds) = (&case.id, &factor.name, bounds.name());
-                return Err(InputError::plain(format!(
+                return Err(InputError::general(format!(
                     "{id}: the start {start} of {name:?} lies outside its {bounds} bounds {low} to {high}; give --start"
                 ))
                 .into());

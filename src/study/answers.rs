@@ -1,19 +1,19 @@
 //! The results of one question about a case, which a session returns and a report shows.
 
-use super::beside::Beside;
-use super::estimate::Estimated;
-use super::history::History;
-use super::nominal::Nominal;
+use super::coverage_study::CoverageStudy;
+use super::estimate::ParameterEstimates;
+use super::flux_inversion::FluxInversion;
+use super::model_comparison::ModelComparison;
+use super::nominal::Prediction;
 use super::posterior::Posterior;
-use super::recovery::Recovery;
-use super::seconds::Seconds;
 use super::sensitivity::Sensitivity;
 use super::size::Sizing;
+use super::timing::Timing;
 use super::uncertainty::Uncertainty;
 use crate::case::Case;
 use crate::march::Backend;
 
-/// The results of one question; a part that the question does not compute is `None`.
+/// The results of one question; a part that the question does not compute is `Scalar`.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -24,54 +24,54 @@ pub struct Answers {
     /// The case, with the options of the question in place of its own settings.
     pub case: Case,
     /// The other cases of a joint estimate.
-    pub others: Vec<Case>,
+    pub other_cases: Vec<Case>,
     /// The backend that computed the marches.
     pub backend: Backend,
-    /// Seed of the random draws; `None` without random draws.
+    /// Seed of the random draws; `Scalar` without random draws.
     pub seed: Option<u64>,
     /// Run time by phase.
-    pub seconds: Seconds,
+    pub timing: Timing,
     /// The prediction with nominal factors.
-    pub nominal: Option<Nominal>,
+    pub nominal: Option<Prediction>,
     /// The Monte Carlo sweep.
     pub uncertainty: Option<Uncertainty>,
     /// The derivatives.
     pub sensitivity: Option<Sensitivity>,
     /// The estimate.
-    pub estimated: Option<Estimated>,
+    pub estimated: Option<ParameterEstimates>,
     /// Reason why a study estimated no factor.
     pub not_estimated: Option<String>,
     /// The posterior distribution of the estimated factors.
     pub posterior: Option<Posterior>,
     /// The comparison with a second case.
-    pub beside: Option<Beside>,
+    pub model_comparison: Option<ModelComparison>,
     /// The required thickness of a ply.
     pub sizing: Option<Sizing>,
     /// The heating of the hot face, from the inverse problem.
-    pub history: Option<History>,
+    pub flux_inversion: Option<FluxInversion>,
     /// Coverage of the intervals over fits to synthetic data sets.
-    pub recovery: Option<Recovery>,
+    pub coverage_study: Option<CoverageStudy>,
 }
 
 impl Answers {
-    pub(crate) fn new(question: &'static str, case: Case, backend: Backend, seconds: Seconds) -> Self {
+    pub(crate) fn new(question: &'static str, case: Case, backend: Backend, seconds: Timing) -> Self {
         Self {
             question,
             case,
-            others: Vec::new(),
+            other_cases: Vec::new(),
             backend,
             seed: None,
-            seconds,
+            timing: seconds,
             nominal: None,
             uncertainty: None,
             sensitivity: None,
             estimated: None,
             not_estimated: None,
             posterior: None,
-            beside: None,
+            model_comparison: None,
             sizing: None,
-            history: None,
-            recovery: None,
+            flux_inversion: None,
+            coverage_study: None,
         }
     }
 }

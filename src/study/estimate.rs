@@ -2,12 +2,12 @@
 //! diagnostics.
 
 mod combination;
-mod ends;
 mod error;
 mod estimand;
 mod landscape;
 mod likelihood;
 mod profile;
+mod start_results;
 
 pub use combination::Combination;
 pub use error::{EstimateError, no_factors};
@@ -15,28 +15,31 @@ pub use estimand::Estimand;
 pub use landscape::{Landscape, NODES};
 pub use profile::Profile;
 
-use super::nominal::{Misfit, Nominal};
+use super::nominal::{Misfit, Prediction};
 use super::sensitivity::{Identifiability, difference_step};
-use super::thermocouples::{Part, Sample, Thermocouples, samples};
+use super::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
 use crate::case::{Bounds, Case, LossFunction};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
-use crate::fit::interval::{NORMAL_95, lag_one, residual_variance};
-use crate::fit::{Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, certainty, minimize_all};
+use crate::fit::interval::{NORMAL_95, lag_one_autocorrelation, residual_variance};
+use crate::fit::{
+    DampingStrategy, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors, covariance_summary,
+    minimize_all,
+};
 use crate::march::{March, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
-use ends::{indistinct, lowest};
 use estimand::estimands;
-use landscape::Minimised;
-use likelihood::{Likelihood, has_effect, times_s, with_priors};
+use landscape::Objective;
+use likelihood::{Likelihood, has_effect, sample_times_s, with_priors};
 use nalgebra::DMatrix;
-use profile::{About, profiled, profiles};
+use profile::{LinearApproximation, profile_indices, profiles};
+use start_results::{lowest_fit, objective_tolerance};
 
 /// Estimated factors, their uncertainty, and the minimisation that found them.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Estimated {
+pub struct ParameterEstimates {
     /// The factors; every other vector has their order.
     pub factors: Vec<Estimand>,
     /// The estimates, one per factor.
@@ -61,13 +64,13 @@ pub struct Estimated {
     /// Products and ratios of correlated estimates that are determined better than each alone.
     pub combinations: Vec<Combination>,
     /// The loss function of the residuals.
-    pub loss: Loss,
-    /// The side constraints that define the priors; `None` without priors.
+    pub loss: RobustLoss,
+    /// The side constraints that define the priors; `Scalar` without priors.
     pub prior: Option<Bounds>,
     /// Accepted iterations, the start first; the objective decreases along the path.
-    pub path: Vec<Turn>,
+    pub iterations: Vec<Iteration>,
     /// The end of the minimisation from each start, the case's own first; the estimate is the lowest.
-    pub ends: Vec<End>,
+    pub start_results: Vec<StartResult>,
     /// Members marched.
     pub marches: usize,
     /// Reason of termination, as a clause.
@@ -77,7 +80,7 @@ pub struct Estimated {
     /// Advice where it did not converge, as sentences.
     pub advice: String,
     /// One per case, in their order.
-    pub fitted: Vec<Fitted>,
+    pub fitted: Vec<CaseFit>,
     /// Lag-one autocorrelation of the weighted residuals.
     pub autocorrelation: f64,
     /// Correlation time of the most probable noise model, s; zero for white noise.
@@ -92,18 +95,18 @@ pub struct Estimated {
     pub samples: usize,
     /// Ratio of the effective noise level, from scatter and autocorrelation of the residuals, to the stated standard
     /// deviations. Next to priors, in profiles and in the posterior, the stated deviations are multiplied by it.
-    pub shortfall: f64,
+    pub noise_inflation: f64,
     /// Objective over the plane of the two factors, for an estimate of two.
     pub landscape: Option<Landscape>,
     /// Profiles of the requested factors.
     pub profiles: Vec<Profile>,
 }
 
-impl Estimated {
+impl ParameterEstimates {
     /// The objective at the start and at the estimates.
     pub fn objectives(&self) -> (f64, f64) {
-        let of = |turn: Option<&Turn>| turn.map_or(f64::NAN, |turn| turn.objective);
-        (of(self.path.first()), of(self.path.last()))
+        let of = |turn: Option<&Iteration>| turn.map_or(f64::NAN, |turn| turn.objective);
+        (of(self.iterations.first()), of(self.iterations.last()))
     }
 
     /// Whether the data determine an estimate: they depend on it, and its interval is at most twice as wide as its
@@ -118,13 +121,13 @@ impl Estimated {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Fitted {
+pub struct CaseFit {
     /// Indices of the sensors whose observations were fitted.
     pub sensors: Vec<usize>,
     /// The prediction at the nominal factors.
-    pub before: Nominal,
+    pub before: Prediction,
     /// The prediction at the estimates.
-    pub after: Nominal,
+    pub after: Prediction,
     /// Misfit of each fitted observation before and after, over its window.
     pub misfits: Vec<(Misfit, Misfit)>,
     /// One per fitted observation: times (s) and measured minus predicted temperature (K), over its window.
@@ -135,7 +138,7 @@ pub struct Fitted {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Turn {
+pub struct Iteration {
     /// The point, one value per factor.
     pub values: Vec<f64>,
     /// The objective S (the paper's Eqs 3 and 4 for standard deviations of 1 K): the sum of squared standardised
@@ -150,7 +153,7 @@ pub struct Turn {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct End {
+pub struct StartResult {
     /// Start, one value per factor.
     pub start: Vec<f64>,
     /// End, one value per factor.
@@ -161,12 +164,12 @@ pub struct End {
     pub converged: bool,
     /// Whether the objective equals that of the estimate within tolerance: the excess is below a hundredth of the rise
     /// at one standard error, or below rounding and the tolerance of the last step.
-    pub is_least: bool,
+    pub is_best: bool,
 }
 
 /// Settings of the minimisation.
 #[derive(Clone, Debug)]
-pub struct Search {
+pub struct SearchOptions {
     /// Options of the minimisation.
     pub options: Options,
     /// Number of starts, at least one: the case's own, and others drawn uniformly between the bounds. All are minimised
@@ -178,10 +181,10 @@ pub struct Search {
     pub landscape: bool,
 }
 
-impl Search {
+impl SearchOptions {
     /// One start, with the finite-difference step of a precision. In f32 the tolerance of the reduction is above the
     /// error of the differences, below which no reduction is reliable.
-    pub fn of(precision: Precision) -> Self {
+    pub fn for_precision(precision: Precision) -> Self {
         let difference_step = difference_step(precision);
         let options = match precision {
             Precision::F32 => Options { difference_step, tolerance_reduction: 1e-6, ..Options::default() },
@@ -194,8 +197,12 @@ impl Search {
 /// The paper's minimisation rules. The paper leaves the tolerances open. For standardised residuals a rise of S by 1 is
 /// one standard error, so 0.01 is a tenth of a standard error; a step of a millionth of a factor is below any reported
 /// digit.
-pub const PAPER: Rules =
-    Rules::Paper { damping: 1e-3, tolerance_objective: 1e-2, tolerance_slope: 1e-2, tolerance_step: 1e-6 };
+pub const PAPER_RULES: DampingStrategy = DampingStrategy::Paper {
+    initial_damping: 1e-3,
+    tolerance_objective: 1e-2,
+    tolerance_gradient: 1e-2,
+    tolerance_step: 1e-6,
+};
 
 /// Seed of the random starts, fixed for reproducibility.
 const STARTS_SEED: u64 = 1;
@@ -205,50 +212,54 @@ const STARTS_SEED: u64 = 1;
 ///
 /// # Errors
 /// When a case selects no factor or no data, the cases are incompatible, or the device fails.
-pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search) -> Result<Estimated, EstimateError> {
+pub fn estimate(
+    runs: &[(&Case, &Plan)],
+    march: &mut dyn March,
+    search: &SearchOptions,
+) -> Result<ParameterEstimates, EstimateError> {
     let cases: Vec<&Case> = runs.iter().map(|(case, _)| *case).collect();
     let factors = estimands(&cases)?;
-    let (loss, prior) = objective(&cases)?;
+    let (loss, prior) = common_objective(&cases)?;
     let observed: Vec<Vec<Vec<Sample>>> = runs.iter().map(|(case, plan)| samples(case, plan)).collect();
     check(&cases, &factors, &observed)?;
-    let profiled = profiled(&factors, &search.profiles)?;
+    let profiled = profile_indices(&factors, &search.profiles)?;
     let flat: Vec<Sample> = observed.iter().flatten().flatten().copied().collect();
     let bounds: Vec<(f64, f64)> = factors.iter().map(|factor| factor.bounds).collect();
 
     let precision = march.backend().precision;
     let parts = runs.iter().zip(&observed).enumerate().map(|(which, ((case, plan), observed))| {
-        let places = factors.iter().map(|factor| factor.places[which]).collect();
-        Part::new(case, plan, places, observed.concat())
+        let places = factors.iter().map(|factor| factor.factor_indices[which]).collect();
+        CaseResiduals::new(case, plan, places, observed.concat())
     });
-    let mut thermocouples = Thermocouples::new(march, parts.collect(), bounds.clone());
-    if matches!(search.options.rules, Rules::Paper { .. }) {
-        thermocouples = thermocouples.by_differences();
+    let mut thermocouples = ThermocoupleResiduals::new(march, parts.collect(), bounds.clone());
+    if matches!(search.options.damping_strategy, DampingStrategy::Paper { .. }) {
+        thermocouples = thermocouples.with_finite_differences();
     }
-    let mut problem = Robust { problem: thermocouples, loss };
+    let mut problem = RobustProblem { problem: thermocouples, loss };
     let (starts, options) = (starts(&factors, search.starts), &search.options);
     let alone = minimize_all(&mut problem, &starts, options)?;
     let tolerance = search.options.tolerance_step;
-    let of_data = &alone[lowest(&alone, |fit| indistinct(fit, &flat, precision, tolerance, 1.0))];
+    let of_data = &alone[lowest_fit(&alone, |fit| objective_tolerance(fit, &flat, precision, tolerance, 1.0))];
     let numerical_error = problem.problem.discretisation_errors(of_data.point.as_slice())?;
     let priors = priors(&factors, prior);
-    let data = Likelihood::of(of_data, loss, &priors, numerical_error, &times_s(runs, &observed));
+    let data = Likelihood::of(of_data, loss, &priors, numerical_error, &sample_times_s(runs, &observed));
     let (fits, weight) = if priors.is_empty() {
         (alone, 1.0)
     } else {
-        let weighed = Weighed { problem: &mut problem, weight: data.weight() };
+        let weighed = WeightedProblem { problem: &mut problem, weight: data.weight() };
         (minimize_all(&mut WithPriors { problem: weighed, priors: priors.clone() }, &starts, options)?, data.weight())
     };
-    let least = lowest(&fits, |fit| indistinct(fit, &flat, precision, tolerance, weight));
+    let least = lowest_fit(&fits, |fit| objective_tolerance(fit, &flat, precision, tolerance, weight));
     let fit = &fits[least];
-    let Robust { mut problem, .. } = problem;
-    let nominal = problem.nominal()?;
-    let last = problem.at(fit.point.as_slice())?;
-    let minimised = Minimised { loss, weight, priors: &priors };
+    let RobustProblem { mut problem, .. } = problem;
+    let nominal = problem.march_nominal()?;
+    let last = problem.march_at(fit.point.as_slice())?;
+    let minimised = Objective { loss, weight, priors: &priors };
     let step = search.options.difference_step;
     let landscape =
         if search.landscape { minimised.landscape(&mut problem, &bounds, &fit.jacobian, step)? } else { None };
-    let fitted: Vec<Fitted> = (runs.iter().zip(&observed).zip(nominal.iter().zip(&last)))
-        .map(|((run, observed), traces)| Fitted::of(*run, observed, traces))
+    let fitted: Vec<CaseFit> = (runs.iter().zip(&observed).zip(nominal.iter().zip(&last)))
+        .map(|((run, observed), traces)| CaseFit::of(*run, observed, traces))
         .collect();
 
     let tangent = data.tangent(fit, weight, flat.len());
@@ -268,11 +279,11 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         &names,
         &all,
         &values,
-        &with_priors(&tangent.jacobian, &priors, data.unit()),
+        &with_priors(&tangent.jacobian, &priors, data.scale_or_one()),
         &flat,
-        data.unit(),
+        data.scale_or_one(),
     );
-    let independent_errors = certainty(&with_priors(&tangent.jacobian, &priors, independent), independent);
+    let independent_errors = covariance_summary(&with_priors(&tangent.jacobian, &priors, independent), independent);
     let has_effect = has_effect(&tangent.jacobian, &flat, &bounds);
     let known = |(half, has_effect): (f64, &bool)| if *has_effect { half } else { f64::INFINITY };
     let halves: Vec<f64> = found.half_widths().into_iter().zip(&has_effect).map(known).collect();
@@ -280,11 +291,11 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     // Rise of the objective at the ends of the linear interval, if the problem were linear.
     let levels = halves.iter().zip(&judged.standard_errors).map(|(half, error)| (half / error).powi(2));
     let levels: Vec<f64> = levels.map(|level| if level.is_finite() { level } else { NORMAL_95.powi(2) }).collect();
-    let shortfall = data.inflation();
+    let shortfall = data.noise_inflation();
     // A fit with zero residuals or no spare samples has no scatter to weight the data by.
     let profiled = if shortfall.is_normal() { profiled } else { Vec::new() };
-    let weighed = Weighed { problem: Robust { problem: &mut problem, loss }, weight: data.weight() };
-    let about = About {
+    let weighed = WeightedProblem { problem: RobustProblem { problem: &mut problem, loss }, weight: data.weight() };
+    let about = LinearApproximation {
         values: &values,
         bounds: &bounds,
         errors: &judged.standard_errors,
@@ -294,15 +305,15 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let profiles = profiles(&mut WithPriors { problem: weighed, priors }, &profiled, &about, &search.options)?;
     // A rise of S by one is one standard error with priors; without priors, by the square of the noise inflation.
     let unit = if prior.is_some() || !shortfall.is_finite() { 1.0 } else { shortfall.powi(2) };
-    let indistinct = indistinct(fit, &flat, precision, tolerance, weight);
-    let ends = fits.iter().map(|other| End {
+    let indistinct = objective_tolerance(fit, &flat, precision, tolerance, weight);
+    let ends = fits.iter().map(|other| StartResult {
         start: other.path[0].point.iter().copied().collect(),
         values: other.point.iter().copied().collect(),
         objective: other.objective,
         converged: other.termination.converged(),
-        is_least: other.objective - fit.objective <= 0.01 * unit + indistinct,
+        is_best: other.objective - fit.objective <= 0.01 * unit + indistinct,
     });
-    Ok(Estimated {
+    Ok(ParameterEstimates {
         standard_errors: halves.iter().map(|half| half / NORMAL_95).collect(),
         intervals: values.iter().zip(&halves).map(|(value, half)| (value - half, value + half)).collect(),
         independent_errors: independent_errors.standard_errors,
@@ -313,26 +324,26 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         identifiability: judged,
         loss,
         prior,
-        path: (fit.path.iter())
-            .map(|turn| Turn {
+        iterations: (fit.path.iter())
+            .map(|turn| Iteration {
                 values: turn.point.iter().copied().collect(),
                 objective: turn.objective,
                 damping: turn.damping,
             })
             .collect(),
-        ends: ends.collect(),
+        start_results: ends.collect(),
         marches: problem.marches,
         termination: fit.termination.to_string(),
         converged: fit.termination.converged(),
         advice: fit.termination.advice().to_owned(),
         fitted,
-        autocorrelation: lag_one(&traces),
-        correlation_time_s: data.memory().0,
-        white_share: data.memory().1,
+        autocorrelation: lag_one_autocorrelation(&traces),
+        correlation_time_s: data.noise_parameters().0,
+        white_share: data.noise_parameters().1,
         noise_variance: data.variance,
         effective_samples: data.effective_samples,
         samples: flat.len(),
-        shortfall,
+        noise_inflation: shortfall,
         landscape,
         profiles,
         values,
@@ -341,19 +352,19 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
 }
 
 /// The common loss function and priors of all cases.
-fn objective(cases: &[&Case]) -> Result<(Loss, Option<Bounds>), EstimateError> {
+fn common_objective(cases: &[&Case]) -> Result<(RobustLoss, Option<Bounds>), EstimateError> {
     let asked = |case: &Case| (case.estimate.loss, case.estimate.prior);
     let first = cases.first().ok_or_else(|| EstimateError::no_factors(cases))?;
     match cases.iter().find(|case| asked(case) != asked(first)) {
-        Some(case) => Err(EstimateError::OtherObjective { first: first.id.clone(), case: case.id.clone() }),
+        Some(case) => Err(EstimateError::ObjectivesDiffer { first: first.id.clone(), case: case.id.clone() }),
         None => Ok((first.estimate.loss.into(), first.estimate.prior)),
     }
 }
 
-impl From<LossFunction> for Loss {
+impl From<LossFunction> for RobustLoss {
     fn from(loss: LossFunction) -> Self {
         match loss {
-            LossFunction::Squares => Self::Squares,
+            LossFunction::LeastSquares => Self::Squares,
             LossFunction::SoftL1 { width } => Self::SoftL1 { width },
             LossFunction::Huber { width } => Self::Huber { width },
         }
@@ -366,11 +377,11 @@ fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -
         return Err(EstimateError::no_factors(cases));
     }
     for (which, (case, observed)) in cases.iter().zip(observed).enumerate() {
-        if factors.iter().all(|factor| factor.places[which].is_none()) {
-            return Err(EstimateError::NothingShared(case.id.clone()));
+        if factors.iter().all(|factor| factor.factor_indices[which].is_none()) {
+            return Err(EstimateError::NoSharedFactor(case.id.clone()));
         }
         if observed.iter().all(Vec::is_empty) {
-            let (from_s, to_s) = case.trusted_s();
+            let (from_s, to_s) = case.fit_window_s();
             return Err(EstimateError::NoSamples { case: case.id.clone(), from_s, to_s });
         }
     }
@@ -384,7 +395,7 @@ pub(super) fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> 
         each.map(move |(variable, Estimand { factor, .. })| Prior {
             variable,
             mean: factor.nominal,
-            deviation: factor.deviation(bounds),
+            deviation: factor.prior_standard_deviation(bounds),
         })
     };
     prior.map(of).into_iter().flatten().collect()
@@ -403,12 +414,12 @@ fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
     DMatrix::from_iterator(factors.len(), starts.max(1), own.chain(others))
 }
 
-impl Fitted {
+impl CaseFit {
     /// The fit of a case, from its march at the nominal factors and its march at the estimates.
     fn of((case, plan): (&Case, &Plan), observed: &[Vec<Sample>], (nominal, last): (&Traces, &Traces)) -> Self {
-        let before = Nominal::of(case, plan, nominal, 0);
-        let after = Nominal::of(case, plan, last, 0);
-        let sensors: Vec<usize> = case.judges().map(|seen| seen.sensor).collect();
+        let before = Prediction::of(case, plan, nominal, 0);
+        let after = Prediction::of(case, plan, last, 0);
+        let sensors: Vec<usize> = case.fitted_observations().map(|seen| seen.sensor).collect();
         let all = case.observations.iter().zip(before.misfits.iter().zip(&after.misfits));
         let fitted = all.filter(|(seen, _)| sensors.contains(&seen.sensor));
         let residuals = |samples: &Vec<Sample>| {

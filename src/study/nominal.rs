@@ -3,15 +3,15 @@
 use crate::case::{Case, Observation};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
+pub use crate::plan::ErrorEstimate;
 use crate::plan::Plan;
-pub use crate::plan::Reached;
-use crate::traces::{Arrival, Balance, Gauge, Traces};
+use crate::traces::{Balance, Gauge, MemberStatus, Traces};
 
 /// The prediction of one member: at the nominal factors, or at an estimate.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Nominal {
+pub struct Prediction {
     /// Instants of the traces, s.
     pub instants_s: Vec<f64>,
     /// Sensor × instant, K.
@@ -19,9 +19,9 @@ pub struct Nominal {
     /// One per sensor.
     pub peaks: Vec<Peak>,
     /// One per gauge, in the order of [`Gauge::ALL`]; empty where nothing decomposes and no gas flows.
-    pub readings: Vec<Reading>,
+    pub gauge_traces: Vec<GaugeTrace>,
     /// Status at the end of the march.
-    pub arrival: Arrival,
+    pub status: MemberStatus,
     /// Heat and mass in, out and stored.
     pub balance: Balance,
     /// Coldest and hottest temperature of each ply, K.
@@ -33,7 +33,7 @@ pub struct Nominal {
     /// Cells of the plan.
     pub cells: usize,
     /// Estimated discretisation error, where grid and time steps were adapted.
-    pub reached: Option<Reached>,
+    pub error_estimate: Option<ErrorEstimate>,
 }
 
 /// Peak temperature of a trace.
@@ -51,7 +51,7 @@ pub struct Peak {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Reading {
+pub struct GaugeTrace {
     /// The gauge.
     pub gauge: Gauge,
     /// One value per instant.
@@ -85,12 +85,12 @@ pub struct Misfit {
 ///
 /// # Errors
 /// When the device fails.
-pub fn nominal(case: &Case, plan: &Plan, march: &mut dyn March) -> Result<Nominal, MarchError> {
+pub fn nominal(case: &Case, plan: &Plan, march: &mut dyn March) -> Result<Prediction, MarchError> {
     let traces = march.march(plan, &Ensemble::nominal(&case.factors), 0..1)?;
-    Ok(Nominal::of(case, plan, &traces, 0))
+    Ok(Prediction::of(case, plan, &traces, 0))
 }
 
-impl Nominal {
+impl Prediction {
     /// The prediction of one member of `traces`.
     pub fn of(case: &Case, plan: &Plan, traces: &Traces, member: usize) -> Self {
         let temperatures_k: Vec<Vec<f64>> =
@@ -99,11 +99,11 @@ impl Nominal {
         Self {
             instants_s: plan.instants_s.clone(),
             peaks: temperatures_k.iter().map(|trace| Peak::of(trace, &plan.instants_s)).collect(),
-            readings: Gauge::ALL
+            gauge_traces: Gauge::ALL
                 .into_iter()
-                .filter_map(|gauge| Some(Reading::of(gauge, traces.gauge(member, gauge)?, &plan.instants_s)))
+                .filter_map(|gauge| Some(GaugeTrace::of(gauge, traces.gauge(member, gauge)?, &plan.instants_s)))
                 .collect(),
-            arrival: traces.arrivals[member].clone(),
+            status: traces.statuses[member].clone(),
             balance: traces.balances[member],
             extremes_k: traces.extremes_k[member * plies..(member + 1) * plies].to_vec(),
             misfits: case
@@ -113,18 +113,18 @@ impl Nominal {
                 .collect(),
             steps: plan.steps(),
             cells: plan.cells(),
-            reached: plan.reached.clone(),
+            error_estimate: plan.error_estimate.clone(),
             temperatures_k,
         }
     }
 
-    /// A gauge over time; `None` where gauges were not recorded.
-    pub fn reading(&self, gauge: Gauge) -> Option<&Reading> {
-        self.readings.iter().find(|reading| reading.gauge == gauge)
+    /// A gauge over time; `Scalar` where gauges were not recorded.
+    pub fn gauge_trace(&self, gauge: Gauge) -> Option<&GaugeTrace> {
+        self.gauge_traces.iter().find(|reading| reading.gauge == gauge)
     }
 }
 
-impl Reading {
+impl GaugeTrace {
     /// The first value of largest magnitude, and the last value.
     pub fn of(gauge: Gauge, values: &[f64], instants_s: &[f64]) -> Self {
         let (peak, peak_time_s) =
@@ -137,10 +137,10 @@ impl Reading {
     }
 }
 
-impl Nominal {
+impl Prediction {
     /// Temperature of a sensor at the instant nearest to a time, K.
-    pub fn at(&self, sensor: usize, time_s: f64) -> f64 {
-        self.temperatures_k[sensor][nearest(&self.instants_s, time_s)]
+    pub fn temperature_at(&self, sensor: usize, time_s: f64) -> f64 {
+        self.temperatures_k[sensor][nearest_instant(&self.instants_s, time_s)]
     }
 }
 
@@ -155,21 +155,21 @@ impl Peak {
 }
 
 /// The samples of an observation within its time window: index of each sample, and index of its instant.
-pub fn trusted(case: &Case, seen: &Observation, instants_s: &[f64]) -> Vec<(usize, usize)> {
+pub fn samples_in_window(case: &Case, seen: &Observation, instants_s: &[f64]) -> Vec<(usize, usize)> {
     let (start_s, end_s) = case.window_s(seen.sensor);
     let samples = seen.times_s.iter().enumerate().filter(|(_, time_s)| (start_s..=end_s).contains(*time_s));
-    samples.map(|(sample, &time_s)| (sample, nearest(instants_s, time_s))).collect()
+    samples.map(|(sample, &time_s)| (sample, nearest_instant(instants_s, time_s))).collect()
 }
 
 /// The instant nearest to a time. The time steps include every sample of every observation.
-fn nearest(instants_s: &[f64], time_s: f64) -> usize {
+fn nearest_instant(instants_s: &[f64], time_s: f64) -> usize {
     let after = instants_s.partition_point(|&instant_s| instant_s < time_s).min(instants_s.len() - 1);
     if after > 0 && time_s - instants_s[after - 1] < instants_s[after] - time_s { after - 1 } else { after }
 }
 
 fn misfit(case: &Case, seen: &Observation, instants_s: &[f64], trace_k: &[f64]) -> Misfit {
     let none = Misfit { rms_k: 0.0, bias_k: 0.0, worst_k: 0.0, worst_time_s: 0.0, samples: 0 };
-    let mut sum = trusted(case, seen, instants_s).into_iter().fold(none, |mut sum, (sample, instant)| {
+    let mut sum = samples_in_window(case, seen, instants_s).into_iter().fold(none, |mut sum, (sample, instant)| {
         let off_k = trace_k[instant] - seen.temperatures_k[sample];
         sum.rms_k += off_k * off_k;
         sum.bias_k += off_k;
@@ -192,15 +192,15 @@ mod tests {
     #[test]
     fn the_peak_of_an_inward_gas_flux_is_its_largest_magnitude() {
         let instants_s = [0.0, 1.0, 2.0, 3.0];
-        let inwards = Reading::of(Gauge::GasFlux, &[0.0, -0.3, -0.3, -0.1], &instants_s);
+        let inwards = GaugeTrace::of(Gauge::GasFlux, &[0.0, -0.3, -0.3, -0.1], &instants_s);
         assert_eq!((inwards.peak, inwards.peak_time_s, inwards.end), (-0.3, 1.0, -0.1));
-        let outwards = Reading::of(Gauge::GasFlux, &[0.0, -0.3, 0.4, 0.2], &instants_s);
+        let outwards = GaugeTrace::of(Gauge::GasFlux, &[0.0, -0.3, 0.4, 0.2], &instants_s);
         assert_eq!((outwards.peak, outwards.peak_time_s, outwards.end), (0.4, 2.0, 0.2));
     }
 
     #[test]
     fn no_reading_is_a_negative_zero() {
-        let nowhere = Reading::of(Gauge::CharFront, &[-0.0, -0.0], &[0.0, 1.0]);
+        let nowhere = GaugeTrace::of(Gauge::CharFront, &[-0.0, -0.0], &[0.0, 1.0]);
         assert!(nowhere.values.iter().chain([&nowhere.peak, &nowhere.end]).all(|value| value.is_sign_positive()));
     }
 }

@@ -8,20 +8,22 @@
 //! The posterior predictive distribution of a thermocouple also needs the model error: see [`Discrepancy`].
 
 mod discrepancy;
-mod predicted;
-mod region;
+mod marginals;
+mod predictive;
 
 pub use discrepancy::Discrepancy;
-pub use predicted::{Band, Foreseen, Predicted};
-pub use region::{Marginal, Pair};
+pub use marginals::{PairMarginal, PosteriorMarginal};
+pub use predictive::{PosteriorPredictive, PredictiveBand, SensorPredictive};
 
-use super::estimate::{Estimated, priors};
-use super::thermocouples::{Part, Sample, Thermocouples, samples};
+use super::estimate::{ParameterEstimates, priors};
+use super::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
 use crate::case::Case;
-use crate::chance::Numbers;
-use crate::fit::{LeastSquares, Mixing, Robust, Walk, Weighed, WithPriors, walk};
+use crate::fit::{
+    ChainDiagnostics, EnsembleChains, LeastSquares, RobustProblem, WeightedProblem, WithPriors, ensemble_mcmc,
+};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+use crate::random::RandomStream;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Settings of the ensemble MCMC sampler.
@@ -31,7 +33,7 @@ pub struct Walkers {
     /// Number of walkers.
     pub number: usize,
     /// Iterations of each walker.
-    pub moves: usize,
+    pub iterations: usize,
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -50,18 +52,18 @@ pub struct Posterior {
     /// Members marched, including those of the predictive bands; a member with its derivatives counts once.
     pub marches: usize,
     /// One per factor, in the order of the estimate.
-    pub marginals: Vec<Marginal>,
+    pub marginals: Vec<PosteriorMarginal>,
     /// Each factor with each before it: (1, 0), (2, 0), (2, 1) …
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<PairMarginal>,
     /// At most two thousand posterior draws, spread over walkers and iterations: draw × factor.
     pub draws: Vec<Vec<f64>>,
     /// Decrease of the objective from the estimate to the lowest point sampled, in squares of a standard error; zero
     /// where no point is lower.
-    pub gain: f64,
+    pub objective_decrease: f64,
     /// The model discrepancy.
     pub discrepancy: Discrepancy,
     /// One per case, in their order.
-    pub predicted: Vec<Predicted>,
+    pub predicted: Vec<PosteriorPredictive>,
 }
 
 /// Errors of a posterior.
@@ -70,7 +72,7 @@ pub struct Posterior {
 pub enum PosteriorError {
     /// Too few walkers to span the parameter space.
     #[error("{walkers} walkers are too few for {factors} factors: expected at least {least}")]
-    FewWalkers {
+    TooFewWalkers {
         /// Requested walkers.
         walkers: usize,
         /// Number of factors.
@@ -87,11 +89,11 @@ pub enum PosteriorError {
 }
 
 /// Largest number of draws stored and marched for the predictive bands.
-const DRAWS: usize = 2000;
+const MAX_DRAWS: usize = 2000;
 /// Autocorrelation times of burn-in: the influence of the start falls below 1 %.
-const BURN_IN: f64 = 5.0;
+const BURN_IN_TIMES: f64 = 5.0;
 /// First random stream of the starts; the streams of the moves are below.
-const STARTS: u64 = 1 << 63;
+const START_STREAM: u64 = 1 << 63;
 
 /// Sample the posterior of an estimate of these cases.
 ///
@@ -100,43 +102,43 @@ const STARTS: u64 = 1 << 63;
 pub fn posterior(
     runs: &[(&Case, &Plan)],
     march: &mut dyn March,
-    found: &Estimated,
+    found: &ParameterEstimates,
     walkers: &Walkers,
 ) -> Result<Posterior, PosteriorError> {
     let factors = found.factors.len();
     // Each half of the walkers spans the parameter space only with more walkers than factors.
     let least = 2 * (factors + 1);
     if walkers.number < least {
-        return Err(PosteriorError::FewWalkers { walkers: walkers.number, factors, least });
+        return Err(PosteriorError::TooFewWalkers { walkers: walkers.number, factors, least });
     }
-    let weight = 1.0 / found.shortfall;
+    let weight = 1.0 / found.noise_inflation;
     if !weight.is_normal() {
         return Err(PosteriorError::NoScatter);
     }
     let observed: Vec<Vec<Sample>> = runs.iter().map(|(case, plan)| samples(case, plan).concat()).collect();
     let short: Vec<Plan> =
-        runs.iter().zip(&observed).map(|((_, plan), observed)| up_to_the_last(plan, observed)).collect();
-    let parts =
-        runs.iter().zip(&short).zip(&observed).enumerate().map(|(which, (((case, _), plan), observed))| {
-            Part::new(case, plan, places(found, which), observed.clone())
-        });
+        runs.iter().zip(&observed).map(|((_, plan), observed)| truncated_plan(plan, observed)).collect();
+    let parts = runs.iter().zip(&short).zip(&observed).enumerate().map(|(which, (((case, _), plan), observed))| {
+        CaseResiduals::new(case, plan, factor_indices(found, which), observed.clone())
+    });
     let bounds = found.factors.iter().map(|factor| factor.bounds).collect();
-    let problem = Thermocouples::new(&mut *march, parts.collect(), bounds);
-    let problem = Weighed { problem: Robust { problem, loss: found.loss }, weight };
+    let problem = ThermocoupleResiduals::new(&mut *march, parts.collect(), bounds);
+    let problem = WeightedProblem { problem: RobustProblem { problem, loss: found.loss }, weight };
     let mut problem = WithPriors { problem, priors: priors(&found.factors, found.prior) };
     let estimate = problem.residuals(&DMatrix::from_column_slice(factors, 1, &found.values))?.norm_squared();
-    let walk = walk(&mut problem, &starts(found, walkers), walkers.moves, walkers.seed)?;
+    let sampled = ensemble_mcmc(&mut problem, &starts(found, walkers), walkers.iterations, walkers.seed)?;
 
-    let burn_in = burn_in(&walk);
-    let chains: Vec<&[f64]> = walk.trails.iter().map(|chain| &chain[burn_in * walk.walkers..]).collect();
-    let draws = draws(&chains, walk.walkers);
+    let burn_in = burn_in(&sampled);
+    let chains: Vec<&[f64]> = sampled.chains.iter().map(|chain| &chain[burn_in * sampled.walkers..]).collect();
+    let draws = draws(&chains, sampled.walkers);
     let bounded = chains.iter().zip(&found.factors);
-    let marginals: Vec<Marginal> =
-        bounded.map(|(chains, factor)| Marginal::of(chains, walk.walkers, factor.bounds)).collect();
+    let marginals: Vec<PosteriorMarginal> =
+        bounded.map(|(chains, factor)| PosteriorMarginal::of(chains, sampled.walkers, factor.bounds)).collect();
     let pairs = (0..factors).flat_map(|second| (0..second).map(move |first| (second, first)));
-    let pairs = pairs.map(|(y, x)| Pair::of((x, chains[x], &marginals[x]), (y, chains[y], &marginals[y]))).collect();
+    let pairs =
+        pairs.map(|(y, x)| PairMarginal::of((x, chains[x], &marginals[x]), (y, chains[y], &marginals[y]))).collect();
 
-    let WithPriors { problem: Weighed { problem: Robust { problem: walked, .. }, .. }, .. } = problem;
+    let WithPriors { problem: WeightedProblem { problem: RobustProblem { problem: walked, .. }, .. }, .. } = problem;
     let mut marches = walked.marches + runs.len() * draws.len();
     let mut gains_k = Vec::with_capacity(runs.len());
     for (which, run) in runs.iter().enumerate() {
@@ -147,17 +149,23 @@ pub fn posterior(
     let discrepancy = Discrepancy::of(found, &observed, &gains_k);
     let mut predicted = Vec::with_capacity(runs.len());
     for (which, run) in runs.iter().enumerate() {
-        let asked = predicted::Asked { which, found, draws: &draws, discrepancy, gains_k: &gains_k[which] };
-        predicted.push(predicted::predict(*run, march, &asked, walkers.seed)?);
+        let asked = predictive::PredictiveInputs {
+            case_index: which,
+            estimates: found,
+            draws: &draws,
+            discrepancy,
+            gains_k: &gains_k[which],
+        };
+        predicted.push(predictive::predict(*run, march, &asked, walkers.seed)?);
     }
     Ok(Posterior {
         walkers: *walkers,
         burn_in,
-        acceptance: walk.acceptance,
+        acceptance: sampled.acceptance,
         marches,
         marginals,
         pairs,
-        gain: (estimate - walk.lowest.1).max(0.0),
+        objective_decrease: (estimate - sampled.lowest.1).max(0.0),
         draws,
         discrepancy,
         predicted,
@@ -166,43 +174,44 @@ pub fn posterior(
 
 impl Posterior {
     /// Whether the chains have converged: R-hat of every factor is below its limit, and the burn-in is long enough.
-    pub fn is_settled(&self) -> bool {
-        self.marginals.iter().all(|marginal| marginal.mixing.r_hat <= Mixing::R_HAT) && !self.is_short()
+    pub fn has_converged(&self) -> bool {
+        self.marginals.iter().all(|marginal| marginal.diagnostics.r_hat <= ChainDiagnostics::R_HAT_LIMIT)
+            && !self.is_burn_in_short()
     }
 
     /// Whether half of the iterations is too short for the burn-in.
-    fn is_short(&self) -> bool {
-        BURN_IN * self.autocorrelation_moves() > self.burn_in as f64 && 2 * self.burn_in >= self.walkers.moves
+    fn is_burn_in_short(&self) -> bool {
+        BURN_IN_TIMES * self.autocorrelation_time() > self.burn_in as f64 && 2 * self.burn_in >= self.walkers.iterations
     }
 
     /// Longest autocorrelation time of a factor, iterations.
-    pub fn autocorrelation_moves(&self) -> f64 {
-        self.marginals.iter().map(|marginal| marginal.mixing.autocorrelation_moves).fold(0.0, f64::max)
+    pub fn autocorrelation_time(&self) -> f64 {
+        self.marginals.iter().map(|marginal| marginal.diagnostics.autocorrelation_time).fold(0.0, f64::max)
     }
 
     /// Recommended iterations, from the present autocorrelation time τ: a burn-in of 5 τ and two half chains of 5 τ
     /// each, plus a margin of 25 %.
-    pub fn enough_moves(&self) -> f64 {
-        1.25 * 3.0 * BURN_IN * self.autocorrelation_moves()
+    pub fn recommended_iterations(&self) -> f64 {
+        1.25 * 3.0 * BURN_IN_TIMES * self.autocorrelation_time()
     }
 }
 
 /// Indices of the estimated factors in a case.
-fn places(found: &Estimated, which: usize) -> Vec<Option<usize>> {
-    found.factors.iter().map(|factor| factor.places[which]).collect()
+fn factor_indices(found: &ParameterEstimates, which: usize) -> Vec<Option<usize>> {
+    found.factors.iter().map(|factor| factor.factor_indices[which]).collect()
 }
 
 /// The plan up to one instant after the last fitted sample: later steps change no residual. The extra instant is needed
 /// because the last step of a reacting march cannot extrapolate to a next one, which costs some microkelvins.
-fn up_to_the_last(plan: &Plan, observed: &[Sample]) -> Plan {
+fn truncated_plan(plan: &Plan, observed: &[Sample]) -> Plan {
     let last = observed.iter().map(|sample| sample.instant).max().unwrap_or(0);
-    plan.until((last + 1).min(plan.instants_s.len() - 1))
+    plan.truncated_at((last + 1).min(plan.instants_s.len() - 1))
 }
 
 /// Starts around the estimate, one per column: normal with the linear correlations and twice the standard errors,
 /// truncated at the bounds, so that the walkers are overdispersed. Where a factor is not determined, the deviation is
 /// half of the distance between its bounds.
-fn starts(found: &Estimated, walkers: &Walkers) -> DMatrix<f64> {
+fn starts(found: &ParameterEstimates, walkers: &Walkers) -> DMatrix<f64> {
     let factors = found.factors.len();
     let spreads: Vec<f64> = found
         .intervals
@@ -213,9 +222,10 @@ fn starts(found: &Estimated, walkers: &Walkers) -> DMatrix<f64> {
     let correlation = DMatrix::from_fn(factors, factors, |i, j| found.identifiability.correlation[i][j]);
     let SymmetricEigen { eigenvectors, eigenvalues } = correlation.symmetric_eigen();
     let start = |walker: usize| {
-        let mut numbers = Numbers::of(walkers.seed, STARTS | walker as u64);
+        let mut numbers = RandomStream::new(walkers.seed, START_STREAM | walker as u64);
         let mut drawn = || {
-            let along: Vec<f64> = eigenvalues.iter().map(|value| value.max(FLAT).sqrt() * numbers.normal()).collect();
+            let along: Vec<f64> =
+                eigenvalues.iter().map(|value| value.max(MIN_EIGENVALUE).sqrt() * numbers.normal()).collect();
             let off = |j: usize| (0..factors).map(|k| eigenvectors[(j, k)] * along[k]).sum::<f64>();
             (0..factors).map(|j| found.values[j] + spreads[j] * off(j)).collect::<Vec<f64>>()
         };
@@ -223,13 +233,13 @@ fn starts(found: &Estimated, walkers: &Walkers) -> DMatrix<f64> {
             let bounded = point.iter().zip(&found.factors);
             bounded.into_iter().all(|(value, factor)| (factor.bounds.0..=factor.bounds.1).contains(value))
         };
-        if let Some(point) = (0..TRIES).map(|_| drawn()).find(is_inside) {
+        if let Some(point) = (0..MAX_TRIES).map(|_| drawn()).find(is_inside) {
             return point;
         }
         found
             .factors
             .iter()
-            .map(|factor| factor.bounds.0 + (factor.bounds.1 - factor.bounds.0) * numbers.unit())
+            .map(|factor| factor.bounds.0 + (factor.bounds.1 - factor.bounds.0) * numbers.uniform())
             .collect()
     };
     let columns: Vec<f64> = (0..walkers.number).flat_map(start).collect();
@@ -237,20 +247,23 @@ fn starts(found: &Estimated, walkers: &Walkers) -> DMatrix<f64> {
 }
 
 /// Smallest eigenvalue of the correlation of the starts: the moves never leave a hyperplane that contains all walkers.
-const FLAT: f64 = 1e-8;
+const MIN_EIGENVALUE: f64 = 1e-8;
 /// Attempts at drawing a start within the bounds, before it is drawn uniformly between them.
-const TRIES: usize = 100;
+const MAX_TRIES: usize = 100;
 
-fn burn_in(walk: &Walk) -> usize {
-    let half = walk.moves / 2 * walk.walkers;
-    let times = walk.trails.iter().map(|chain| Mixing::of(&chain[half..], walk.walkers).autocorrelation_moves);
-    ((BURN_IN * times.fold(0.0, f64::max)).ceil() as usize).min(walk.moves / 2)
+fn burn_in(sampled: &EnsembleChains) -> usize {
+    let half = sampled.iterations / 2 * sampled.walkers;
+    let times = sampled
+        .chains
+        .iter()
+        .map(|chain| ChainDiagnostics::from_chains(&chain[half..], sampled.walkers).autocorrelation_time);
+    ((BURN_IN_TIMES * times.fold(0.0, f64::max)).ceil() as usize).min(sampled.iterations / 2)
 }
 
 /// Draws spread over the iterations, alternating between walkers.
 fn draws(chains: &[&[f64]], walkers: usize) -> Vec<Vec<f64>> {
     let all = chains.first().map_or(0, |chain| chain.len());
-    let count = all.min(DRAWS);
+    let count = all.min(MAX_DRAWS);
     let place = |draw: usize| draw * (all / walkers) / count * walkers + draw % walkers;
     (0..count).map(|draw| chains.iter().map(|chain| chain[place(draw)]).collect()).collect()
 }
@@ -258,8 +271,8 @@ fn draws(chains: &[&[f64]], walkers: usize) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::march::{Precision, cpu::Cpu, extrapolated::march_both};
-    use crate::pilot::pilot;
+    use crate::adapt::adapt;
+    use crate::march::{Precision, cpu::Cpu, richardson::march_extrapolated};
 
     #[test]
     fn a_march_truncated_after_the_last_sample_equals_the_full_march_up_to_there() {
@@ -267,12 +280,12 @@ mod tests {
             let folder = format!("{}/cases/{id}", env!("CARGO_MANIFEST_DIR"));
             let mut case = Case::load(folder.as_ref()).expect("a shipped case loads");
             case.estimate.window_s = Some((0.0, 60.0));
-            let plan = pilot(&case).expect("the processor does not fail");
-            let short = up_to_the_last(&plan, &samples(&case, &plan).concat());
+            let plan = adapt(&case).expect("the processor does not fail");
+            let short = truncated_plan(&plan, &samples(&case, &plan).concat());
             assert!(short.steps() < plan.steps() && plan.instants_s.starts_with(&short.instants_s), "{id}");
             let nominal = crate::ensemble::Ensemble::nominal(&case.factors);
             let mut march = Cpu::new(Precision::F64);
-            let mut marched = |plan| march_both(&mut march, plan, &nominal, 0..1).expect("it marches");
+            let mut marched = |plan| march_extrapolated(&mut march, plan, &nominal, 0..1).expect("it marches");
             let (whole, part) = (marched(&plan), marched(&short));
             for sensor in 0..whole.sensors {
                 for (of_whole_k, of_part_k) in
@@ -288,7 +301,7 @@ mod tests {
     fn draws_cover_all_walkers_and_all_iterations() {
         let chain: Vec<f64> = (0..50 * 100).map(f64::from).collect();
         let found = draws(&[&chain], 100);
-        assert_eq!(found.len(), DRAWS);
+        assert_eq!(found.len(), MAX_DRAWS);
         let (walkers, moves): (Vec<usize>, Vec<usize>) =
             found.iter().map(|draw| (draw[0] as usize % 100, draw[0] as usize / 100)).unzip();
         assert!((0..100).all(|walker| walkers.contains(&walker)) && (0..50).all(|turn| moves.contains(&turn)));

@@ -11,31 +11,31 @@ pub struct Proportion {
     /// The count.
     pub count: usize,
     /// The total.
-    pub of: usize,
+    pub total: usize,
 }
 
 impl Proportion {
     /// The proportion; NaN for a total of zero.
-    pub fn share(self) -> f64 {
-        self.count as f64 / self.of as f64
+    pub fn fraction(self) -> f64 {
+        self.count as f64 / self.total as f64
     }
 
     /// 95 % confidence interval of the probability, by Clopper & Pearson (Biometrika 26, 1934). Its coverage is at
     /// least 95 % for any total and any probability.
     pub fn interval_95(self) -> (f64, f64) {
-        let (count, of) = (self.count as f64, self.of as f64);
+        let (count, of) = (self.count as f64, self.total as f64);
         // P(X ≥ k) for n draws with probability q is I_q(k, n − k + 1), which rises with q.
         let at_least = |least: f64, q: f64| if least <= 0.0 { 1.0 } else { beta_reg(least, of - least + 1.0, q) };
-        let low = if self.count == 0 { 0.0 } else { root(|q| at_least(count, q) - 0.025) };
-        let high = if self.count == self.of { 1.0 } else { root(|q| at_least(count + 1.0, q) - 0.975) };
+        let low = if self.count == 0 { 0.0 } else { bisect(|q| at_least(count, q) - 0.025) };
+        let high = if self.count == self.total { 1.0 } else { bisect(|q| at_least(count + 1.0, q) - 0.975) };
         (low, high)
     }
 
     /// Whether two counts are consistent with one probability at the 95 % level: Fisher's exact test, because a normal
     /// approximation fails for rare events.
-    pub fn is_like(self, other: Self) -> bool {
-        let (all, had) = ((self.of + other.of) as u64, (self.count + other.count) as u64);
-        let Ok(chance) = Hypergeometric::new(all, had, other.of as u64) else { return false };
+    pub fn is_consistent_with(self, other: Self) -> bool {
+        let (all, had) = ((self.total + other.total) as u64, (self.count + other.count) as u64);
+        let Ok(chance) = Hypergeometric::new(all, had, other.total as u64) else { return false };
         let count = other.count as u64;
         let at_most = chance.cdf(count);
         let at_least = if count == 0 { 1.0 } else { 1.0 - chance.cdf(count - 1) };
@@ -44,7 +44,7 @@ impl Proportion {
 }
 
 /// Root of a rising function on 0 to 1, by bisection.
-fn root(rising: impl Fn(f64) -> f64) -> f64 {
+fn bisect(rising: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
         let middle = (low + high) / 2.0;
@@ -54,8 +54,8 @@ fn root(rising: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Ranks, counted from one, of the two ordered draws that enclose a quantile with 95 % confidence for any distribution
-/// (David & Nagaraja, *Order Statistics*, 2003, section 7.1); `None` where there are too few draws.
-pub fn ranks_95(draws: usize, probability: f64) -> (Option<usize>, Option<usize>) {
+/// (David & Nagaraja, *Order Statistics*, 2003, section 7.1); `Scalar` where there are too few draws.
+pub fn quantile_ranks_95(draws: usize, probability: f64) -> (Option<usize>, Option<usize>) {
     let Ok(binomial) = Binomial::new(probability, draws as u64) else { return (None, None) };
     let low = usize::try_from(binomial.inverse_cdf(0.025)).unwrap_or(usize::MAX);
     let high = usize::try_from(binomial.inverse_cdf(0.975)).unwrap_or(usize::MAX).saturating_add(1);
@@ -86,12 +86,12 @@ pub fn counts_below_95(rank: usize, draws: usize, further: usize) -> (usize, usi
 
 /// Smallest number of draws whose maximum exceeds a quantile with 97.5 % confidence, `pⁿ ≤ 0.025`; with fewer draws the
 /// interval has no upper end (Wilks, Ann. Math. Stat. 12, 1941).
-pub fn fewest_draws(probability: f64) -> usize {
+pub fn min_draws_for_upper_bound(probability: f64) -> usize {
     (0.025_f64.ln() / probability.ln()).ceil() as usize
 }
 
 /// Number of draws for a relative standard error of 10 % in the estimated probability of the complementary rare event.
-pub fn draws_to_a_tenth(probability: f64) -> usize {
+pub fn draws_for_ten_percent_error(probability: f64) -> usize {
     (100.0 * probability / (1.0 - probability)).ceil() as usize
 }
 
@@ -105,23 +105,27 @@ mod tests {
         for (count, of, low, high) in
             [(8, 10, 0.4439, 0.9748), (0, 20, 0.0, 0.1684), (20, 20, 0.8316, 1.0), (95, 100, 0.8872, 0.9836)]
         {
-            let found = Proportion { count, of }.interval_95();
+            let found = Proportion { count, total: of }.interval_95();
             assert!((found.0 - low).abs() < 6e-5 && (found.1 - high).abs() < 6e-5, "{count} of {of}: {found:?}");
         }
     }
 
     #[test]
     fn counts_of_rare_events_differ_only_beyond_chance() {
-        let failed = |count| Proportion { count, of: 400 };
-        assert!(failed(4).is_like(failed(4)) && failed(4).is_like(failed(12)) && failed(12).is_like(failed(4)));
-        assert!(!failed(4).is_like(failed(16)) && !failed(16).is_like(failed(4)));
-        let held = |count| Proportion { count, of: 2000 };
-        assert!(held(1980).is_like(held(1975)) && !held(1980).is_like(held(1955)));
+        let failed = |count| Proportion { count, total: 400 };
+        assert!(
+            failed(4).is_consistent_with(failed(4))
+                && failed(4).is_consistent_with(failed(12))
+                && failed(12).is_consistent_with(failed(4))
+        );
+        assert!(!failed(4).is_consistent_with(failed(16)) && !failed(16).is_consistent_with(failed(4)));
+        let held = |count| Proportion { count, total: 2000 };
+        assert!(held(1980).is_consistent_with(held(1975)) && !held(1980).is_consistent_with(held(1955)));
     }
 
     #[test]
     fn a_quantile_lies_between_its_ranks_with_the_stated_confidence() {
-        let (Some(low), Some(high)) = ranks_95(1000, 0.99) else { panic!("a thousand are enough") };
+        let (Some(low), Some(high)) = quantile_ranks_95(1000, 0.99) else { panic!("a thousand are enough") };
         let binomial = Binomial::new(0.99, 1000).expect("a probability");
         let within = binomial.cdf(high as u64 - 1) - binomial.cdf(low as u64 - 1);
         assert!((0.95..0.98).contains(&within), "{low} to {high}: {within}");
@@ -142,7 +146,7 @@ mod tests {
             draws.sort_by(f64::total_cmp);
             let count = (0..400).filter(|_| even() < draws[379]).count();
             within += usize::from((low..=high).contains(&count));
-            let (least, most) = Proportion { count, of: 400 }.interval_95();
+            let (least, most) = Proportion { count, total: 400 }.interval_95();
             clopper_pearson += usize::from((least..=most).contains(&0.95));
         }
         assert!((3780..=3880).contains(&within), "{low} to {high} hold {within} of 4000");
@@ -152,9 +156,9 @@ mod tests {
 
     #[test]
     fn too_few_draws_leave_the_upper_end_open() {
-        let fewest = fewest_draws(0.99);
+        let fewest = min_draws_for_upper_bound(0.99);
         assert_eq!(fewest, 368);
-        assert!(ranks_95(fewest, 0.99).1.is_some() && ranks_95(fewest - 1, 0.99).1.is_none());
-        assert_eq!(draws_to_a_tenth(0.99), 9_900);
+        assert!(quantile_ranks_95(fewest, 0.99).1.is_some() && quantile_ranks_95(fewest - 1, 0.99).1.is_none());
+        assert_eq!(draws_for_ten_percent_error(0.99), 9_900);
     }
 }

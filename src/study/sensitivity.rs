@@ -1,11 +1,11 @@
 //! Local sensitivities of every thermocouple to every factor, and identifiability of the factors.
 
-use super::thermocouples::{Part, Sample, Thermocouples, samples};
+use super::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
 use crate::case::Case;
 use crate::fit::LeastSquares;
-use crate::fit::difference::difference;
-use crate::fit::identify::{Certainty, certainty};
-use crate::fit::subset::{Dropped, Limits, subset};
+use crate::fit::finite_differences::finite_difference_tangent;
+use crate::fit::identifiability::{CovarianceSummary, covariance_summary};
+use crate::fit::subset::{Dropped, SubsetLimits, identifiable_subset};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use nalgebra::{DMatrix, DVector};
@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Sensitivity {
-    /// Relative step of the finite differences (the paper's Eq. 14); `None` where the march computed exact tangents.
+    /// Relative step of the finite differences (the paper's Eq. 14); `Scalar` where the march computed exact tangents.
     pub step: Option<f64>,
     /// Instants of the derivatives, s.
     pub instants_s: Vec<f64>,
@@ -28,7 +28,7 @@ pub struct Sensitivity {
     /// order. NaN where no factor changes them.
     pub shares: Vec<f64>,
     /// The set recommended for estimation: the influential factors, as far as the data separate them.
-    pub proposed: Identifiability,
+    pub recommended: Identifiability,
     /// The dropped factors in order, those without influence first. Standard errors are in units of the factor's prior
     /// standard deviation.
     pub reduction: Vec<Dropped>,
@@ -65,11 +65,11 @@ pub struct Identifiability {
     /// The rank of the scaled sensitivities.
     pub rank: usize,
     /// The least determined direction in factor space, in words.
-    pub weakest: String,
+    pub weakest_direction: String,
 }
 
 /// Standard deviation assumed for a reading where the case has no observations, K.
-const SIGMA_K: f64 = 2.0;
+const DEFAULT_SIGMA_K: f64 = 2.0;
 
 /// Optimal relative step of a central difference: the cube root of the relative error of the traces, because truncation
 /// grows with the square of the step. In f32 the traces carry two words per temperature.
@@ -98,9 +98,9 @@ pub fn sensitivity(
         .collect();
     let factors: Vec<usize> = (0..case.factors.len()).collect();
     let nominal = DVector::from_iterator(factors.len(), case.factors.iter().map(|factor| factor.nominal));
-    let part = Part::new(case, plan, factors.iter().copied().map(Some).collect(), whole.clone());
+    let part = CaseResiduals::new(case, plan, factors.iter().copied().map(Some).collect(), whole.clone());
     let bounds = case.factors.iter().map(|factor| factor.bounds(case.estimate.bounds)).collect();
-    let mut problem = Thermocouples::new(march, vec![part], bounds);
+    let mut problem = ThermocoupleResiduals::new(march, vec![part], bounds);
     let exact = match step {
         Some(_) => None,
         None => {
@@ -111,7 +111,7 @@ pub fn sensitivity(
         Some(tangent) => (tangent, None),
         None => {
             let step = step.unwrap_or(default_step);
-            (difference(&mut problem, &nominal, step)?, Some(step))
+            (finite_difference_tangent(&mut problem, &nominal, step)?, Some(step))
         }
     };
     let marches = problem.marches;
@@ -122,17 +122,18 @@ pub fn sensitivity(
 
     let mut judges: Vec<Sample> = samples(case, plan).concat();
     if judges.is_empty() {
-        judges = whole.into_iter().map(|sample| Sample { sigma_k: SIGMA_K, ..sample }).collect();
+        judges = whole.into_iter().map(|sample| Sample { sigma_k: DEFAULT_SIGMA_K, ..sample }).collect();
     }
     let jacobian = DMatrix::from_fn(judges.len(), factors.len(), |i, factor| {
         tangent.jacobian[(judges[i].sensor * instants + judges[i].instant, factor)] / judges[i].sigma_k
     });
-    let widths: Vec<f64> = case.factors.iter().map(|factor| factor.deviation(case.estimate.bounds)).collect();
+    let widths: Vec<f64> =
+        case.factors.iter().map(|factor| factor.prior_standard_deviation(case.estimate.bounds)).collect();
     // In units of the prior standard deviations: of two correlated factors the one whose prior uncertainty changes the
     // data less is dropped, independent of its unit.
     let prior_scaled =
         DMatrix::from_fn(judges.len(), factors.len(), |i, factor| jacobian[(i, factor)] * widths[factor]);
-    let reduced = subset(&prior_scaled, 1.0, &vec![1.0; factors.len()], &Limits::default());
+    let reduced = identifiable_subset(&prior_scaled, 1.0, &vec![1.0; factors.len()], &SubsetLimits::default());
     let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
     let of = |set: &[usize]| {
         let values: Vec<f64> = set.iter().map(|&factor| nominal[factor]).collect();
@@ -143,8 +144,8 @@ pub fn sensitivity(
         instants_s: plan.instants_s.clone(),
         derivatives_k: derivatives_k.collect(),
         all: of(&factors),
-        shares: reduced.shares,
-        proposed: of(&reduced.kept),
+        shares: reduced.variance_fractions,
+        recommended: of(&reduced.selected),
         reduction: reduced.dropped,
         stated: (!case.estimate.factors.is_empty()).then(|| of(&case.estimate.factors)),
         marches,
@@ -153,19 +154,19 @@ pub fn sensitivity(
 
 impl Sensitivity {
     /// Temperature change due to 1 % of a factor's nominal value, to first order: sensor × instant, K.
-    pub fn per_percent_k(&self, case: &Case, factor: usize) -> Vec<Vec<f64>> {
+    pub fn change_per_percent_k(&self, case: &Case, factor: usize) -> Vec<Vec<f64>> {
         let percent = 0.01 * case.factors[factor].nominal;
         self.derivatives_k[factor].iter().map(|trace| trace.iter().map(|slope_k| percent * slope_k).collect()).collect()
     }
 
     /// The influential factors: all except those dropped for a small effect. Indices, rising.
-    pub fn matter(&self) -> Vec<usize> {
-        let slight = |factor: usize| self.left_out(factor).is_some_and(|dropped| dropped.reason.is_of_effect());
+    pub fn influential_factors(&self) -> Vec<usize> {
+        let slight = |factor: usize| self.dropped(factor).is_some_and(|dropped| dropped.reason.is_small_effect());
         self.all.factors.iter().copied().filter(|&factor| !slight(factor)).collect()
     }
 
-    /// The record of a dropped factor; `None` for a recommended one.
-    pub fn left_out(&self, factor: usize) -> Option<&Dropped> {
+    /// The record of a dropped factor; `Scalar` for a recommended one.
+    pub fn dropped(&self, factor: usize) -> Option<&Dropped> {
         self.reduction.iter().find(|dropped| dropped.variable == factor)
     }
 }
@@ -181,7 +182,7 @@ impl Identifiability {
         samples: &[Sample],
         variance: f64,
     ) -> Self {
-        let found = certainty(jacobian, variance);
+        let found = covariance_summary(jacobian, variance);
         let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
@@ -194,29 +195,29 @@ impl Identifiability {
             factors: factors.to_vec(),
             magnitude_k: magnitude_k.collect(),
             correlation: rows(&found.correlation),
-            alignment: rows(&found.alignment),
+            alignment: rows(&found.column_cosines),
             condition_number: found.condition_number,
             rank: found.rank,
-            weakest: weakest(names, factors, values, jacobian, samples, &found),
+            weakest_direction: weakest_direction(names, factors, values, jacobian, samples, &found),
             standard_errors: found.standard_errors,
         }
     }
 }
 
 /// The least determined direction, as changes of factors in per cent and the resulting change of the data.
-fn weakest(
+fn weakest_direction(
     names: &[&str],
     factors: &[usize],
     values: &[f64],
     jacobian: &DMatrix<f64>,
     samples: &[Sample],
-    found: &Certainty,
+    found: &CovarianceSummary,
 ) -> String {
     let name = |place: usize| names[factors[place]];
-    if let Some(place) = found.lengths.iter().position(|&length| length == 0.0) {
+    if let Some(place) = found.column_norms.iter().position(|&length| length == 0.0) {
         return format!("the data do not depend on {}", name(place));
     }
-    let change = DVector::from_fn(factors.len(), |place, _| found.weakest[place] / found.lengths[place]);
+    let change = DVector::from_fn(factors.len(), |place, _| found.weakest_direction[place] / found.column_norms[place]);
     let percent: Vec<f64> = change.iter().zip(values).map(|(change, value)| 100.0 * change / value).collect();
     let Some(lead) = (0..percent.len()).max_by(|&a, &b| percent[a].abs().total_cmp(&percent[b].abs())) else {
         return "no factor to estimate".to_owned();

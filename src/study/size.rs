@@ -1,26 +1,26 @@
 //! Sizing: the thickness of a ply that keeps a sensor below its temperature limit with a given probability.
 
-mod needed;
-mod stretched;
-mod trial;
+mod required_thickness;
+mod scalable_case;
+mod thickness_march;
 
-pub use needed::Needed;
+pub use required_thickness::RequiredThickness;
 
 use super::nominal::{Peak, nominal};
-use super::proportion::{Proportion, counts_below_95, ranks_95};
+use super::proportion::{Proportion, counts_below_95, quantile_ranks_95};
 use super::uncertainty::{Failure, Sweep, uncertainty};
+use crate::adapt::adapt_monitored;
 use crate::case::Case;
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{March, MarchError};
-use crate::pilot::pilot_monitored;
-use crate::traces::Arrival;
-use stretched::{mass_kg_m2, redrawn};
-use trial::{Trial, guess};
+use crate::traces::MemberStatus;
+use scalable_case::{mass_kg_m2, with_scaled_plies};
+use thickness_march::{ThicknessMarch, guess_thickness_m};
 
 /// Requirement on a ply.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Demand {
+pub struct SizingRequirement {
     /// A ply, or a group whose plies are scaled by one ratio.
     pub ply: String,
     /// Index of the sensor whose peak must stay below the limit.
@@ -29,8 +29,8 @@ pub struct Demand {
     pub limit_k: f64,
     /// Required fraction of members below the limit.
     pub probability: f64,
-    /// Smallest and largest total thickness of the plies, m; `None` for a quarter to four times the case's thickness.
-    pub within_m: Option<(f64, f64)>,
+    /// Smallest and largest total thickness of the plies, m; `Scalar` for a quarter to four times the case's thickness.
+    pub thickness_range_m: Option<(f64, f64)>,
 }
 
 /// Result of sizing a ply.
@@ -39,35 +39,35 @@ pub struct Demand {
 #[non_exhaustive]
 pub struct Sizing {
     /// The requirement.
-    pub demand: Demand,
+    pub requirement: SizingRequirement,
     /// Smallest and largest thickness allowed, m.
-    pub within_m: (f64, f64),
+    pub thickness_range_m: (f64, f64),
     /// Thickness in the case, m.
-    pub drawn_m: f64,
+    pub case_thickness_m: f64,
     /// Required thickness with nominal factors.
-    pub nominal: Needed,
+    pub nominal: RequiredThickness,
     /// Thickness for the required fraction of members.
-    pub needed: Needed,
-    /// 95 % confidence interval of that thickness, from the number of members; an end is `None` where there are too
+    pub required: RequiredThickness,
+    /// 95 % confidence interval of that thickness, from the number of members; an end is `Scalar` where there are too
     /// few.
-    pub interval: (Option<Needed>, Option<Needed>),
+    pub interval: (Option<RequiredThickness>, Option<RequiredThickness>),
     /// Members drawn.
     pub members: usize,
     /// Members whose march failed at a thickness; they count as exceeding the limit there.
     pub failures: Vec<Failure>,
     /// Thickness required by each member, m, in rising order; infinite where the largest thickness does not suffice.
-    pub each_m: Vec<f64>,
+    pub member_thicknesses_m: Vec<f64>,
     /// Squared correlation of each factor with the required thickness, normalised to a sum of one; zero where nothing
     /// varies.
     pub shares: Vec<f64>,
     /// Peak temperature over thickness, thinnest first.
-    pub rungs: Vec<Rung>,
+    pub peak_curve: Vec<PeakCurvePoint>,
     /// Mean density of the sized plies, kg/m³: their mass per area divided by their thickness.
     pub density_kg_m3: f64,
     /// Whether the sensor peaks at the end of the run, so that its true peak may be later and higher.
     pub still_warming: bool,
-    /// Independent Monte Carlo at the thickness found; `None` where none was found.
-    pub check: Option<Check>,
+    /// Independent Monte Carlo at the thickness found; `Scalar` where none was found.
+    pub check: Option<IndependentCheck>,
     /// Members marched, including the check.
     pub marches: usize,
 }
@@ -76,7 +76,7 @@ pub struct Sizing {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Rung {
+pub struct PeakCurvePoint {
     /// The thickness, m.
     pub thickness_m: f64,
     /// Peak with nominal factors.
@@ -91,11 +91,11 @@ pub struct Rung {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Check {
+pub struct IndependentCheck {
     /// The seed of the members.
     pub seed: u64,
     /// Members below the limit; a failed member is not.
-    pub held: Proportion,
+    pub below_limit: Proportion,
     /// Members that failed.
     pub failed: usize,
     /// Nominal peak, K.
@@ -152,11 +152,11 @@ pub enum SizeError {
 }
 
 /// Number of thicknesses in the peak curve, evenly spaced in the logarithm.
-const RUNGS: usize = 13;
+const CURVE_POINTS: usize = 13;
 /// Members marched for the percentiles of the peak curve.
-pub const BAND: usize = 400;
+pub const CURVE_MEMBERS: usize = 400;
 /// Smallest decrease of the nominal peak over the allowed range; below it, thickness does not cool the sensor, K.
-const FALL_K: f64 = 1.0;
+const MIN_COOLING_K: f64 = 1.0;
 
 /// Find the required thickness. The same members are marched at every thickness (common random numbers), so the
 /// required thickness is as smooth as the peaks.
@@ -164,75 +164,81 @@ const FALL_K: f64 = 1.0;
 /// # Errors
 /// When the ply cannot be sized, its thickness does not cool the sensor, or the device fails. No allowed thickness
 /// sufficing, or every one, is a result and no error.
-pub fn size(case: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) -> Result<Sizing, SizeError> {
+pub fn size(
+    case: &Case,
+    march: &mut dyn March,
+    demand: &SizingRequirement,
+    sweep: &Sweep,
+) -> Result<Sizing, SizeError> {
     if case.factors.is_empty() {
         return Err(SizeError::NoFactors);
     }
-    let mut trial = Trial::new(case, march, demand)?;
-    let drawn_m = trial.stretched.drawn_m;
-    let within_m = demand.within_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
+    let mut trial = ThicknessMarch::new(case, march, demand)?;
+    let drawn_m = trial.scalable.case_thickness_m;
+    let within_m = demand.thickness_range_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
     let nominal_row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
     let (members, drawn) = (sweep.members, sweep.ensemble(case));
 
-    let thicknesses_m = ladder(within_m);
+    let thicknesses_m = thickness_grid(within_m);
     let curve = trial.peaks(thicknesses_m.iter().map(|&thickness_m| (nominal_row.clone(), thickness_m)))?;
     let curve: Vec<(f64, Peak)> = thicknesses_m.iter().copied().zip(curve.into_iter().map(|met| met.peak)).collect();
-    is_cooled(case, demand, &curve)?;
-    let first_m = guess(&curve, curve[0].0, curve[0].1.temperature_k - demand.limit_k);
-    let found = trial.needed(within_m, 1, first_m, &curve, |_| nominal_row.clone())?;
-    let nominal = found.needed[0];
+    check_cooled(case, demand, &curve)?;
+    let first_m = guess_thickness_m(&curve, curve[0].0, curve[0].1.temperature_k - demand.limit_k);
+    let found = trial.required_thicknesses(within_m, 1, first_m, &curve, |_| nominal_row.clone())?;
+    let nominal = found.required[0];
 
-    let found = trial.needed(within_m, members, nominal.found_m().unwrap_or(first_m), &curve, |i| drawn.member(i))?;
-    let shares = shares(case.factors.len(), &found.needed, |member| drawn.member(member));
-    let mut inorder = found.needed.clone();
-    inorder.sort_by(|a, b| a.least_m().total_cmp(&b.least_m()));
-    let needed = inorder[rank(members, demand.probability) - 1];
-    let (low, high) = ranks_95(members, demand.probability);
+    let found = trial
+        .required_thicknesses(within_m, members, nominal.found_m().unwrap_or(first_m), &curve, |i| drawn.member(i))?;
+    let shares = squared_correlation_shares(case.factors.len(), &found.required, |member| drawn.member(member));
+    let mut inorder = found.required.clone();
+    inorder.sort_by(|a, b| a.sort_key_m().total_cmp(&b.sort_key_m()));
+    let needed = inorder[quantile_rank(members, demand.probability) - 1];
+    let (low, high) = quantile_ranks_95(members, demand.probability);
 
-    let band = members.min(BAND);
+    let band = members.min(CURVE_MEMBERS);
     let each = thicknesses_m.iter().flat_map(|&at_m| (0..band).map(move |member| (member, at_m)));
     let peaks = trial.peaks(each.map(|(member, at_m)| (drawn.member(member), at_m)))?;
     let rungs = curve.iter().zip(peaks.chunks(band)).map(|(&(thickness_m, nominal), met)| {
         let mut peaks_k: Vec<f64> = met.iter().map(|met| met.peak.temperature_k).collect();
         peaks_k.sort_by(f64::total_cmp);
-        let at = |percent: f64| peaks_k[rank(peaks_k.len(), percent / 100.0) - 1];
-        Rung { thickness_m, nominal, percentiles_k: [2.5, 50.0, 97.5].map(at) }
+        let at = |percent: f64| peaks_k[quantile_rank(peaks_k.len(), percent / 100.0) - 1];
+        PeakCurvePoint { thickness_m, nominal, percentiles_k: [2.5, 50.0, 97.5].map(at) }
     });
-    let rungs: Vec<Rung> = rungs.collect();
+    let rungs: Vec<PeakCurvePoint> = rungs.collect();
 
-    let (plies, mut marches) = (trial.stretched.plies, trial.marches);
+    let (plies, mut marches) = (trial.scalable.plies, trial.marches);
     let mut still_warming = curve[curve.len() - 1].1.time_s >= case.exposure.duration_s;
     let mut checked = None;
     if let Some(thickness_m) = needed.found_m() {
-        let anew = redrawn(case, &plies, thickness_m / drawn_m);
-        let (check, peak) = check(&anew, march, demand, sweep)?;
+        let anew = with_scaled_plies(case, &plies, thickness_m / drawn_m);
+        let (check, peak) = independent_check(&anew, march, demand, sweep)?;
         still_warming = peak.time_s >= case.exposure.duration_s;
         marches += members + 1;
         checked = Some(check);
     }
     Ok(Sizing {
-        within_m,
-        drawn_m,
+        thickness_range_m: within_m,
+        case_thickness_m: drawn_m,
         nominal,
-        needed,
+        required: needed,
         interval: (low.map(|rank| inorder[rank - 1]), high.map(|rank| inorder[rank - 1])),
         members,
         failures: found.failures,
-        each_m: inorder.iter().map(|needed| needed.least_m()).collect(),
+        member_thicknesses_m: inorder.iter().map(|needed| needed.sort_key_m()).collect(),
         shares,
-        rungs,
+        peak_curve: rungs,
         density_kg_m3: mass_kg_m2(case, &plies, drawn_m) / drawn_m,
         still_warming,
         check: checked,
         marches,
-        demand: demand.clone(),
+        requirement: demand.clone(),
     })
 }
 
 impl Sizing {
     /// Margin: required minus nominal thickness, m, where both were found.
     pub fn margin_m(&self) -> Option<f64> {
-        Some(self.needed.found_m()? - self.nominal.found_m()?)
+        Some(self.required.found_m()? - self.nominal.found_m()?)
     }
 
     /// Mass per area of the sized plies at a total thickness, kg/m².
@@ -241,36 +247,39 @@ impl Sizing {
     }
 
     /// Members below the limit at a thickness.
-    pub fn held(&self, thickness_m: f64) -> Proportion {
-        Proportion { count: self.each_m.partition_point(|needed_m| *needed_m <= thickness_m), of: self.members }
+    pub fn below_limit(&self, thickness_m: f64) -> Proportion {
+        Proportion {
+            count: self.member_thicknesses_m.partition_point(|needed_m| *needed_m <= thickness_m),
+            total: self.members,
+        }
     }
 
     /// 95 % range of the count of the check over repeated sizings with as many members, if the model is right. Both the
     /// thickness, a sample quantile, and the count of the check scatter.
-    pub fn expected_95(&self) -> Option<(Proportion, Proportion)> {
-        let of = self.check.as_ref()?.held.of;
-        let rank = rank(self.members, self.demand.probability);
+    pub fn expected_count_95(&self) -> Option<(Proportion, Proportion)> {
+        let of = self.check.as_ref()?.below_limit.total;
+        let rank = quantile_rank(self.members, self.requirement.probability);
         let (low, high) = counts_below_95(rank, self.members, of);
-        Some((Proportion { count: low, of }, Proportion { count: high, of }))
+        Some((Proportion { count: low, total: of }, Proportion { count: high, total: of }))
     }
 
-    /// Whether the count of the check is within the [expected](Self::expected_95) range.
-    pub fn is_borne_out(&self) -> Option<bool> {
-        let (low, high) = self.expected_95()?;
-        Some((low.count..=high.count).contains(&self.check.as_ref()?.held.count))
+    /// Whether the count of the check is within the [expected](Self::expected_count_95) range.
+    pub fn is_confirmed(&self) -> Option<bool> {
+        let (low, high) = self.expected_count_95()?;
+        Some((low.count..=high.count).contains(&self.check.as_ref()?.below_limit.count))
     }
 }
 
 /// Thicknesses evenly spaced in the logarithm, rising.
-fn ladder((low_m, high_m): (f64, f64)) -> Vec<f64> {
-    let at = |rung: usize| low_m * (high_m / low_m).powf(rung as f64 / (RUNGS - 1) as f64);
-    (0..RUNGS).map(|rung| if rung + 1 == RUNGS { high_m } else { at(rung) }).collect()
+fn thickness_grid((low_m, high_m): (f64, f64)) -> Vec<f64> {
+    let at = |rung: usize| low_m * (high_m / low_m).powf(rung as f64 / (CURVE_POINTS - 1) as f64);
+    (0..CURVE_POINTS).map(|rung| if rung + 1 == CURVE_POINTS { high_m } else { at(rung) }).collect()
 }
 
-fn is_cooled(case: &Case, demand: &Demand, curve: &[(f64, Peak)]) -> Result<(), SizeError> {
+fn check_cooled(case: &Case, demand: &SizingRequirement, curve: &[(f64, Peak)]) -> Result<(), SizeError> {
     let [(thin_m, thin), .., (thick_m, thick)] = curve else { return Ok(()) };
     let (thin_k, thick_k) = (thin.temperature_k, thick.temperature_k);
-    if !thin_k.is_finite() || thick_k <= thin_k - FALL_K {
+    if !thin_k.is_finite() || thick_k <= thin_k - MIN_COOLING_K {
         return Ok(());
     }
     // Rounded to 0.1 µm.
@@ -286,14 +295,18 @@ fn is_cooled(case: &Case, demand: &Demand, curve: &[(f64, Peak)]) -> Result<(), 
 }
 
 /// Rank, counted from one, of the sample quantile: the smallest rank that covers the fraction.
-fn rank(members: usize, share: f64) -> usize {
+fn quantile_rank(members: usize, share: f64) -> usize {
     // Rounding above an integer must not raise the rank.
     ((share * members as f64 - 1e-9).ceil() as usize).max(1).min(members)
 }
 
 /// Squared correlations of the factors with the required thickness, normalised, over the members with one between the
 /// bounds.
-fn shares(factors: usize, needed: &[Needed], row: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
+fn squared_correlation_shares(
+    factors: usize,
+    needed: &[RequiredThickness],
+    row: impl Fn(usize) -> Vec<f64>,
+) -> Vec<f64> {
     let (rows, found_m): (Vec<Vec<f64>>, Vec<f64>) =
         needed.iter().enumerate().filter_map(|(member, needed)| Some((row(member), needed.found_m()?))).unzip();
     let about_mean = |values: Vec<f64>| -> Vec<f64> {
@@ -314,8 +327,13 @@ fn shares(factors: usize, needed: &[Needed], row: impl Fn(usize) -> Vec<f64>) ->
 
 /// Independent random members of another seed at the thickness found, by the path of `uncertainty`; and the nominal
 /// peak.
-fn check(anew: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) -> Result<(Check, Peak), MarchError> {
-    let plan = pilot_monitored(anew, &march.monitor())?;
+fn independent_check(
+    anew: &Case,
+    march: &mut dyn March,
+    demand: &SizingRequirement,
+    sweep: &Sweep,
+) -> Result<(IndependentCheck, Peak), MarchError> {
+    let plan = adapt_monitored(anew, &march.monitor())?;
     let nominal = nominal(anew, &plan, march)?;
     let Sweep { members, sampling, .. } = *sweep;
     let kind = if sampling.kind == SamplingKind::Uniform { SamplingKind::Uniform } else { SamplingKind::Normal };
@@ -323,15 +341,15 @@ fn check(anew: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) -> 
     let mut count = 0;
     let outcome = uncertainty(anew, &plan, march, &nominal, &Sweep { sampling, ..*sweep }, &mut |_, traces| {
         count += (0..traces.members())
-            .filter(|&member| traces.arrivals[member] == Arrival::Done)
+            .filter(|&member| traces.statuses[member] == MemberStatus::Completed)
             .filter(|&member| traces.trace(member, demand.sensor).iter().all(|&at_k| at_k < demand.limit_k))
             .count();
     })?;
     let [low_k, _, median_k, _, high_k] = outcome.peaks[demand.sensor].percentiles_k;
-    let check = Check {
+    let check = IndependentCheck {
         seed: sampling.seed,
-        held: Proportion { count, of: members },
-        failed: members - outcome.ok,
+        below_limit: Proportion { count, total: members },
+        failed: members - outcome.completed,
         nominal_k: nominal.peaks[demand.sensor].temperature_k,
         percentiles_k: [low_k, median_k, high_k],
     };
@@ -344,6 +362,6 @@ mod tests {
 
     #[test]
     fn the_rank_of_a_quantile_is_the_smallest_that_covers_the_fraction() {
-        assert_eq!([(100, 0.99), (100, 0.991), (3, 0.5), (5, 1e-9)].map(|(n, p)| rank(n, p)), [99, 100, 2, 1]);
+        assert_eq!([(100, 0.99), (100, 0.991), (3, 0.5), (5, 1e-9)].map(|(n, p)| quantile_rank(n, p)), [99, 100, 2, 1]);
     }
 }

@@ -11,23 +11,23 @@
 //! number of members.
 
 mod basis;
-mod causes;
-mod expansion;
 mod histogram;
 mod interval;
-mod numbers;
 mod output;
+mod polynomial_chaos;
+mod sensitivity_indices;
+mod serialisation;
 mod sums;
 #[cfg(test)]
 mod tests;
 
-pub use causes::Causes;
-pub use interval::Likely;
+pub use interval::ConfidenceInterval;
+pub use sensitivity_indices::SensitivityIndices;
 
 use crate::ensemble::Marginal;
 use basis::Basis;
 use nalgebra::DMatrix;
-use output::{Output, Shifts};
+use output::{FactorDeviations, OutputSums};
 use rayon::prelude::*;
 use sums::{Sums, centred};
 
@@ -41,32 +41,33 @@ const COARSE_LOG2: u32 = 9;
 /// Quanta per unit of a grade, the value of the cumulative distribution function.
 const GRADE_QUANTA: f64 = (1u64 << 20) as f64;
 /// Largest deviation of an output that is counted, K: sums of squares stay in range for 2⁵⁴ members.
-const OUTPUT_REACH: f64 = (1u64 << 16) as f64;
+const MAX_OUTPUT_DEVIATION: f64 = (1u64 << 16) as f64;
 /// Largest deviation of a factor that is counted: sums of squares stay in range for 2²⁶ members.
-const FACTOR_REACH: f64 = (1u64 << 10) as f64;
+const MAX_FACTOR_DEVIATION: f64 = (1u64 << 10) as f64;
 /// Smallest number of outputs or functions per task: with fewer, preparing a matrix product takes longer than the
 /// product.
-const STRETCH_LEAST: usize = 32;
+const MIN_CHUNK: usize = 32;
 /// Tasks per thread, for load balance.
-const STRETCHES: usize = 4;
+const CHUNKS_PER_THREAD: usize = 4;
 /// Members per matrix product.
 pub const BLOCK: usize = 1024;
 
 /// Largest sum over a block: largest output in coarse quanta times largest function.
-const SUM_MOST: f64 = OUTPUT_REACH * OUTPUT_QUANTA / (1u64 << COARSE_LOG2) as f64 * basis::REACH * BLOCK as f64;
-const _: () = assert!(SUM_MOST <= (1u64 << f64::MANTISSA_DIGITS) as f64, "a product of matrices would round");
+const MAX_BLOCK_SUM: f64 =
+    MAX_OUTPUT_DEVIATION * OUTPUT_QUANTA / (1u64 << COARSE_LOG2) as f64 * basis::MAX_VALUE * BLOCK as f64;
+const _: () = assert!(MAX_BLOCK_SUM <= (1u64 << f64::MANTISSA_DIGITS) as f64, "a product of matrices would round");
 
 /// Accumulated statistics of `outputs` numbers per member, temperatures in K or times in s, and of the `factors` that
 /// produced them.
 ///
 /// Without members, mean and percentiles are NaN.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tally {
+pub struct Accumulator {
     reference: Vec<f64>,
     basis: Basis,
     members: usize,
-    left_out: usize,
-    outputs: Vec<Output>,
+    excluded: usize,
+    outputs: Vec<OutputSums>,
     factors: Vec<Sums>,
     /// Per factor: sum of its grades, and sums of products with the grades of each factor up to it.
     grades: Vec<Vec<i128>>,
@@ -74,7 +75,7 @@ pub struct Tally {
     gram: Vec<Vec<i128>>,
 }
 
-impl Tally {
+impl Accumulator {
     /// An empty accumulator. Deviations are relative to the references, one per output, and to the nominal values of
     /// the factors; members are drawn from the marginals, one per factor.
     pub fn new(reference: &[f64], marginals: &[Marginal]) -> Self {
@@ -82,8 +83,8 @@ impl Tally {
         Self {
             reference: reference.to_vec(),
             members: 0,
-            left_out: 0,
-            outputs: vec![Output::new(marginals.len(), basis.len()); reference.len()],
+            excluded: 0,
+            outputs: vec![OutputSums::new(marginals.len(), basis.len()); reference.len()],
             factors: vec![Sums::default(); marginals.len()],
             grades: (0..marginals.len()).map(|factor| vec![0; factor + 2]).collect(),
             gram: (0..basis.len()).map(|function| vec![0; function + 1]).collect(),
@@ -118,17 +119,17 @@ impl Tally {
             let far =
                 |value: &f64, reference: f64, reach: f64| usize::from(!(-reach..=reach).contains(&(value - reference)));
             let outputs =
-                outputs.iter().zip(&self.reference).map(|(value, &nominal)| far(value, nominal, OUTPUT_REACH));
+                outputs.iter().zip(&self.reference).map(|(value, &nominal)| far(value, nominal, MAX_OUTPUT_DEVIATION));
             let drawn = factors.iter().zip(self.basis.marginals());
-            let factors = drawn.map(|(value, marginal)| far(value, marginal.nominal, FACTOR_REACH));
+            let factors = drawn.map(|(value, marginal)| far(value, marginal.nominal, MAX_FACTOR_DEVIATION));
             // A sum without early exit: nearly all values are in range, and a branch per value is slower.
             outputs.sum::<usize>() + factors.sum::<usize>() == 0
         };
         let members: Vec<usize> = completed.par_iter().copied().filter(counted).collect();
         self.members += members.len();
-        self.left_out += completed.len() - members.len();
+        self.excluded += completed.len() - members.len();
 
-        let each = stretch(width);
+        let each = chunk_len(width);
         for members in members.chunks(BLOCK) {
             let rows: Vec<&[f64]> = members.iter().map(|member| &factors[member * breadth..][..breadth]).collect();
             let shifts = self.add_factors(&rows);
@@ -142,14 +143,15 @@ impl Tally {
     }
 
     /// Add the factors of members, and return their deviations and grades.
-    fn add_factors(&mut self, rows: &[&[f64]]) -> Shifts {
+    fn add_factors(&mut self, rows: &[&[f64]]) -> FactorDeviations {
         let marginals = self.basis.marginals();
         let quanta = |factor: usize| {
-            rows.iter().map(move |row| nearest((row[factor] - marginals[factor].nominal) * FACTOR_QUANTA))
+            rows.iter().map(move |row| round_half_away((row[factor] - marginals[factor].nominal) * FACTOR_QUANTA))
         };
-        let grade = |(value, marginal): (&f64, &Marginal)| nearest(marginal.share(*value) * GRADE_QUANTA) as u64;
+        let grade =
+            |(value, marginal): (&f64, &Marginal)| round_half_away(marginal.cumulative(*value) * GRADE_QUANTA) as u64;
         let grades = |row: &&[f64]| row.iter().zip(marginals).map(grade).collect();
-        let shifts = Shifts {
+        let shifts = FactorDeviations {
             quanta: (0..marginals.len()).flat_map(quanta).collect(),
             grades: rows.par_iter().map(grades).collect::<Vec<Vec<u64>>>().concat(),
         };
@@ -173,13 +175,13 @@ impl Tally {
         let members = functions.as_mut_slice().par_chunks_mut(self.basis.len()).zip(rows);
         members.for_each(|(functions, row)| self.basis.evaluate(row, functions));
         let turned = functions.transpose();
-        let each = stretch(self.basis.len());
+        let each = chunk_len(self.basis.len());
         self.gram.par_chunks_mut(each).enumerate().for_each(|(stretch, sums)| {
             let first = stretch * each;
             let up_to = functions.rows(0, first + sums.len());
             let products = up_to * turned.columns(first, sums.len());
             for (sums, products) in sums.iter_mut().zip(products.column_iter()) {
-                add_whole(sums, products.iter());
+                add_integers(sums, products.iter());
             }
         });
         functions
@@ -195,7 +197,7 @@ impl Tally {
             "accumulators have different references"
         );
         self.members += other.members;
-        self.left_out += other.left_out;
+        self.excluded += other.excluded;
         for (mine, theirs) in self.outputs.iter_mut().zip(&other.outputs) {
             mine.merge(theirs);
         }
@@ -219,38 +221,38 @@ impl Tally {
     }
 
     /// Completed members that were excluded as out of range.
-    pub fn left_out(&self) -> usize {
-        self.left_out
+    pub fn excluded(&self) -> usize {
+        self.excluded
     }
 
     /// Arithmetic mean of an output.
     pub fn mean(&self, output: usize) -> f64 {
-        let sum = self.outputs[output].sums.first as f64;
+        let sum = self.outputs[output].sums.sum as f64;
         self.reference[output] + sum / self.members as f64 / OUTPUT_QUANTA
     }
 
     /// Sample standard deviation of an output (divisor: members minus one); zero for a single member.
     pub fn deviation(&self, output: usize) -> f64 {
         let sums = &self.outputs[output].sums;
-        let squares = centred(self.members, sums.squares, sums.first, sums.first);
+        let squares = centred(self.members, sums.squares, sums.sum, sums.sum);
         if self.members < 2 { 0.0 } else { (squares / (self.members - 1) as f64).sqrt() / OUTPUT_QUANTA }
     }
 
     /// Minimum of an output; positive infinity without members.
-    pub fn low(&self, output: usize) -> f64 {
-        self.outputs[output].low
+    pub fn min(&self, output: usize) -> f64 {
+        self.outputs[output].min
     }
 
     /// Maximum of an output; negative infinity without members.
-    pub fn high(&self, output: usize) -> f64 {
-        self.outputs[output].high
+    pub fn max(&self, output: usize) -> f64 {
+        self.outputs[output].max
     }
 
     /// Percentile of an output, from at most 1,024 bins between the extremes with linear interpolation; the error is
     /// below a 512th of the range.
     pub fn percentile(&self, output: usize, percent: f64) -> f64 {
-        let Output { low, high, histogram, .. } = &self.outputs[output];
-        match histogram.above(percent / 100.0 * self.members as f64) {
+        let OutputSums { min: low, max: high, histogram, .. } = &self.outputs[output];
+        match histogram.quantile(percent / 100.0 * self.members as f64) {
             Some(quanta) => (self.reference[output] + quanta / OUTPUT_QUANTA).max(*low).min(*high),
             None => f64::NAN,
         }
@@ -259,15 +261,15 @@ impl Tally {
     /// Pearson correlation of an output and a factor (the paper's Eq. 13); zero where either is constant.
     pub fn correlation(&self, output: usize, factor: usize) -> f64 {
         let (y, x) = (&self.outputs[output], &self.factors[factor]);
-        let output_squares = centred(self.members, y.sums.squares, y.sums.first, y.sums.first);
-        let factor_squares = centred(self.members, x.squares, x.first, x.first);
-        let products = centred(self.members, y.crossed[factor], x.first, y.sums.first);
+        let output_squares = centred(self.members, y.sums.squares, y.sums.sum, y.sums.sum);
+        let factor_squares = centred(self.members, x.squares, x.sum, x.sum);
+        let products = centred(self.members, y.cross_products[factor], x.sum, y.sums.sum);
         let both = (output_squares * factor_squares).sqrt();
         if both > 0.0 { (products / both).clamp(-1.0, 1.0) } else { 0.0 }
     }
 
     /// Normalised squared correlation of a factor: divided by the sum over all factors; zero where nothing varies.
-    pub fn share(&self, output: usize, factor: usize) -> f64 {
+    pub fn squared_correlation_share(&self, output: usize, factor: usize) -> f64 {
         let square = |factor| self.correlation(output, factor).powi(2);
         let all: f64 = (0..self.factors.len()).map(square).sum();
         if all > 0.0 { square(factor) / all } else { 0.0 }
@@ -278,18 +280,18 @@ impl Tally {
 ///
 /// Rows are far apart in memory, so each is read once before its outputs are processed.
 fn add_outputs<'a>(
-    tallied: &mut [Output],
+    tallied: &mut [OutputSums],
     reference: &[f64],
     rows: impl ExactSizeIterator<Item = &'a [f64]>,
-    shifts: &Shifts,
+    shifts: &FactorDeviations,
     functions: &DMatrix<f64>,
 ) {
     let members = rows.len();
     let mut quanta = Vec::with_capacity(members * tallied.len());
     for row in rows {
         for ((output, value), reference) in tallied.iter_mut().zip(row).zip(reference) {
-            output.reaches(*value);
-            quanta.push(nearest((value - reference) * OUTPUT_QUANTA));
+            output.extend_extremes(*value);
+            quanta.push(round_half_away((value - reference) * OUTPUT_QUANTA));
         }
     }
     let mut coarse = DMatrix::zeros(members, tallied.len());
@@ -304,23 +306,23 @@ fn add_outputs<'a>(
     }
     let products = functions * coarse;
     for (output, products) in tallied.iter_mut().zip(products.column_iter()) {
-        add_whole(&mut output.moments, products.iter());
+        add_integers(&mut output.moments, products.iter());
     }
 }
 
 /// Round a small number to the nearest integer, halves away from zero. `round` is a library call on the baseline target
 /// and would dominate this loop.
-fn nearest(value: f64) -> i64 {
+fn round_half_away(value: f64) -> i64 {
     (value + f64::copysign(0.5, value)) as i64
 }
 
 /// Number of items per task.
-fn stretch(all: usize) -> usize {
-    all.div_ceil(STRETCHES * rayon::current_num_threads()).max(STRETCH_LEAST)
+fn chunk_len(all: usize) -> usize {
+    all.div_ceil(CHUNKS_PER_THREAD * rayon::current_num_threads()).max(MIN_CHUNK)
 }
 
 /// Add products that are exact integers.
-fn add_whole<'a>(sums: &mut [i128], products: impl Iterator<Item = &'a f64>) {
+fn add_integers<'a>(sums: &mut [i128], products: impl Iterator<Item = &'a f64>) {
     for (sum, product) in sums.iter_mut().zip(products) {
         *sum += i128::from(*product as i64);
     }

@@ -5,12 +5,12 @@
 //! [`Accumulator::to_integers`](crate::study::statistics::Accumulator::to_integers); floating-point numbers survive to
 //! the bit.
 
-use super::nominal::Nominal;
-use super::uncertainty::{Failure, Gathered};
-use super::whole_traces::Envelope;
-use crate::case::{Case, unreadable};
+use super::nominal::Prediction;
+use super::simultaneous_band::Envelope;
+use super::uncertainty::{Failure, SweepStatistics};
+use crate::case::{Case, unreadable_file_message};
 use crate::march;
-use crate::traces::{Arrival, Balance, Traces};
+use crate::traces::{Balance, MemberStatus, Traces};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,9 +25,9 @@ pub struct Piece {
     /// The version of bondline that wrote it.
     pub bondline: String,
     /// The case that was marched.
-    pub case: CaseMark,
+    pub case: CaseIdentity,
     /// Sampling of the whole sweep.
-    pub draw: Draw,
+    pub draw: SamplingRecord,
     /// The backend.
     pub backend: Backend,
     /// The members of this piece: first, and one past the last.
@@ -42,7 +42,7 @@ pub struct Piece {
 /// Identity of the case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct CaseMark {
+pub struct CaseIdentity {
     /// The id of the case.
     pub id: String,
     /// Absolute path of the case.
@@ -56,7 +56,7 @@ pub struct CaseMark {
 /// Sampling of the whole sweep.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Draw {
+pub struct SamplingRecord {
     /// Members of the whole sweep.
     pub members: usize,
     /// `normal`, `uniform`, `lhs`, `sobol`.
@@ -114,12 +114,12 @@ pub struct PieceError {
 impl Piece {
     /// A piece with the statistics of `members` about a completed nominal march.
     pub fn new(
-        case: CaseMark,
-        draw: Draw,
+        case: CaseIdentity,
+        draw: SamplingRecord,
         backend: &march::Backend,
         members: Range<usize>,
-        nominal: &Nominal,
-        gathered: &Gathered,
+        nominal: &Prediction,
+        gathered: &SweepStatistics,
     ) -> Self {
         let record = |failure: Failure| {
             let Failure { reason, members, first } = failure;
@@ -140,12 +140,12 @@ impl Piece {
                 temperatures_k: nominal.temperatures_k.concat(),
                 below_k: gathered.envelope().below_k.clone(),
                 above_k: gathered.envelope().above_k.clone(),
-                gauges: nominal.readings.iter().flat_map(|reading| reading.values.iter().copied()).collect(),
+                gauges: nominal.gauge_traces.iter().flat_map(|reading| reading.values.iter().copied()).collect(),
                 balance: nominal.balance,
                 extremes_k: nominal.extremes_k.clone(),
             },
-            numbers: gathered.numbers(),
-            kept: gathered.kept().clone(),
+            numbers: gathered.to_integers(),
+            kept: gathered.stored_traces().clone(),
         }
     }
 
@@ -165,13 +165,13 @@ impl Piece {
     /// When the file is unreadable or invalid.
     pub fn read(path: &Path) -> Result<Self, PieceError> {
         let fault = |message: String| PieceError { path: path.to_owned(), message };
-        let text = fs::read_to_string(path).map_err(|error| fault(unreadable(&error)))?;
+        let text = fs::read_to_string(path).map_err(|error| fault(unreadable_file_message(&error)))?;
         serde_json::from_str(&text)
             .map_err(|error| fault(format!("not a piece file of `uncertainty --members`: {error}")))
     }
 
     /// Whether both pieces have the same nominal march, to the bit.
-    pub fn has_nominal_of(&self, other: &Self) -> bool {
+    pub fn has_same_nominal(&self, other: &Self) -> bool {
         self.nominal == other.nominal
     }
 
@@ -183,7 +183,7 @@ impl Piece {
             instants: self.nominal.temperatures_k.len() / sensors.max(1),
             temperatures_k: self.nominal.temperatures_k.clone(),
             gauges: self.nominal.gauges.clone(),
-            arrivals: vec![Arrival::Done],
+            statuses: vec![MemberStatus::Completed],
             balances: vec![self.nominal.balance],
             extremes_k: self.nominal.extremes_k.clone(),
         }

@@ -1,17 +1,17 @@
 //! Synthetic measurements from known factors (the twin experiment).
 
 use crate::case::Case;
-use crate::chance::Numbers;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
-use crate::traces::{Arrival, Traces};
+use crate::random::RandomStream;
+use crate::traces::{MemberStatus, Traces};
 
 /// Synthetic measurements at every instant of the plan.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Twin {
+pub struct SyntheticData {
     /// Instants of the readings, s.
     pub instants_s: Vec<f64>,
     /// Sensor × instant, K.
@@ -32,10 +32,10 @@ pub struct Noise {
 /// Errors of synthetic data.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum TwinError {
+pub enum SyntheticDataError {
     /// A temperature left the valid range; with the reason.
     #[error("the march at the true factors failed: {0}")]
-    Strayed(String),
+    Diverged(String),
     /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
@@ -43,8 +43,8 @@ pub enum TwinError {
 
 impl Noise {
     /// Noise of standard deviation one at these times. It depends only on seed, data set and sensor index.
-    pub fn at(&self, times_s: &[f64], data_set: usize, sensor: usize) -> Vec<f64> {
-        let mut numbers = Numbers::of(self.seed, (data_set as u64) << 32 | sensor as u64);
+    pub fn sample(&self, times_s: &[f64], data_set: usize, sensor: usize) -> Vec<f64> {
+        let mut numbers = RandomStream::new(self.seed, (data_set as u64) << 32 | sensor as u64);
         let mut before: Option<(f64, f64)> = None;
         let mut next = |&time_s: &f64| {
             let fresh = numbers.normal();
@@ -73,13 +73,13 @@ pub fn twin(
     truth: Vec<f64>,
     noise_k: f64,
     noise: &Noise,
-) -> Result<Twin, TwinError> {
-    let traces: Traces = march.march(plan, &Ensemble::at(case.factors.len(), truth), 0..1)?;
-    if let Arrival::Strayed { time_s } = traces.arrivals[0] {
-        return Err(TwinError::Strayed(format!("a temperature left 0 to 4,000 K at {time_s:.3} s")));
+) -> Result<SyntheticData, SyntheticDataError> {
+    let traces: Traces = march.march(plan, &Ensemble::from_values(case.factors.len(), truth), 0..1)?;
+    if let MemberStatus::Diverged { time_s } = traces.statuses[0] {
+        return Err(SyntheticDataError::Diverged(format!("a temperature left 0 to 4,000 K at {time_s:.3} s")));
     }
     let measured_k = (0..case.sensors.len()).map(|sensor| {
-        let noise = noise.at(&plan.instants_s, 0, sensor);
+        let noise = noise.sample(&plan.instants_s, 0, sensor);
         traces
             .trace(0, sensor)
             .iter()
@@ -87,7 +87,7 @@ pub fn twin(
             .map(|(temperature_k, noise)| temperature_k + noise_k * noise)
             .collect()
     });
-    Ok(Twin { measured_k: measured_k.collect(), instants_s: plan.instants_s.clone() })
+    Ok(SyntheticData { measured_k: measured_k.collect(), instants_s: plan.instants_s.clone() })
 }
 
 #[cfg(test)]
@@ -107,7 +107,7 @@ mod tests {
     fn noise_has_unit_variance_and_exponential_correlation() {
         let times_s: Vec<f64> = (0..40_000).map(|i| 0.5 * f64::from(i)).collect();
         for correlation_s in [0.0, 2.0] {
-            let found = moments(&Noise { correlation_s, seed: 3 }.at(&times_s, 0, 0));
+            let found = moments(&Noise { correlation_s, seed: 3 }.sample(&times_s, 0, 0));
             let kept = if correlation_s > 0.0 { (-0.5_f64 / correlation_s).exp() } else { 0.0 };
             for (found, expected) in found.iter().zip([1.0, kept, kept * kept]) {
                 assert!((found - expected).abs() < 0.05, "{correlation_s} s: {found}, not {expected}");
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn noise_depends_on_seed_data_set_and_sensor_and_is_reproducible() {
-        let of = |seed, data_set, sensor| Noise { correlation_s: 1.0, seed }.at(&[0.0, 1.0], data_set, sensor);
+        let of = |seed, data_set, sensor| Noise { correlation_s: 1.0, seed }.sample(&[0.0, 1.0], data_set, sensor);
         assert_eq!(of(1, 2, 3), of(1, 2, 3));
         for other in [of(2, 2, 3), of(1, 3, 3), of(1, 2, 4)] {
             assert_ne!(of(1, 2, 3), other);

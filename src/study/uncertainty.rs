@@ -1,13 +1,13 @@
 //! Monte Carlo uncertainty of the prediction, and its attribution to factors.
 
-use super::nominal::{Nominal, Peak};
-use super::statistics::{BLOCK, Causes, Tally};
-use super::whole_traces::{Envelope, PERCENT, TraceCounts, WholeTraces};
+use super::nominal::{Peak, Prediction};
+use super::simultaneous_band::{COVERAGE_PERCENT, Envelope, SimultaneousBand, TraceCoverage};
+use super::statistics::{Accumulator, BLOCK, SensitivityIndices};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
-use crate::march::{March, MarchError, march_some};
+use crate::march::{March, MarchError, march_members};
 use crate::plan::Plan;
-use crate::traces::{Arrival, Traces};
+use crate::traces::{MemberStatus, Traces};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -26,9 +26,9 @@ pub struct Uncertainty {
     /// factors.
     pub is_independent: bool,
     /// Members drawn.
-    pub asked: usize,
+    pub members: usize,
     /// Members that completed the march and were counted.
-    pub ok: usize,
+    pub completed: usize,
     /// Failures by reason, with their number and first member.
     pub failures: Vec<Failure>,
     /// Instants of the spreads, s.
@@ -68,9 +68,9 @@ pub struct Spread {
     /// Percentiles 2.5, 25, 50, 75, 97.5, in this order.
     pub percentiles_k: [Vec<f64>; 5],
     /// Sensitivity indices of the temperature, one per instant.
-    pub causes: Vec<Causes>,
+    pub indices: Vec<SensitivityIndices>,
     /// The simultaneous band of whole traces, and the coverage of the pointwise percentiles.
-    pub whole: WholeTraces,
+    pub simultaneous: SimultaneousBand,
 }
 
 /// The distribution of a sensor's peak.
@@ -89,9 +89,9 @@ pub struct PeakSpread {
     /// Percentiles 2.5, 25, 50, 75, 97.5 of the time of the peak, s.
     pub percentiles_s: [f64; 5],
     /// Sensitivity indices of the peak temperature.
-    pub causes: Causes,
+    pub temperature_indices: SensitivityIndices,
     /// Sensitivity indices of the time of the peak.
-    pub causes_of_time: Causes,
+    pub time_indices: SensitivityIndices,
 }
 
 /// Settings of a Monte Carlo sweep.
@@ -118,9 +118,9 @@ const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 /// Accumulated statistics of some members of an ensemble. Parts merge to the statistics of the whole, to the bit and in
 /// any order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gathered {
-    tally: Tally,
-    traces: TraceCounts,
+pub struct SweepStatistics {
+    accumulator: Accumulator,
+    traces: TraceCoverage,
     bounds: Bounds,
     is_independent: bool,
     /// Number of failures and first member, by reason.
@@ -136,24 +136,24 @@ pub fn uncertainty(
     case: &Case,
     plan: &Plan,
     march: &mut dyn March,
-    nominal: &Nominal,
+    nominal: &Prediction,
     sweep: &Sweep,
     watch: &mut dyn FnMut(&Ensemble, &Traces),
 ) -> Result<Uncertainty, MarchError> {
     let Sweep { members, sampling, bounds } = *sweep;
     let envelope = Envelope::of(case, plan, nominal, bounds, sampling.kind, &march.monitor())?;
-    let mut gathered = Gathered::new(case, nominal, &envelope, bounds, sampling.kind);
+    let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, sampling.kind);
     gathered.march(case, plan, march, &sweep.ensemble(case), 0..members, watch)?;
-    Ok(gathered.answer(nominal, &sampling, members))
+    Ok(gathered.results(nominal, &sampling, members))
 }
 
-impl Gathered {
+impl SweepStatistics {
     /// Empty statistics about a nominal march and an envelope of its traces.
-    pub fn new(case: &Case, nominal: &Nominal, envelope: &Envelope, bounds: Bounds, kind: SamplingKind) -> Self {
-        let (reference, marginals) = references(case, nominal, bounds, kind);
-        let (tally, is_independent) = (Tally::new(&reference, &marginals), case.correlation.is_none());
-        let traces = TraceCounts::new(&nominal.temperatures_k, envelope);
-        Self { tally, traces, bounds, is_independent, failures: BTreeMap::new() }
+    pub fn new(case: &Case, nominal: &Prediction, envelope: &Envelope, bounds: Bounds, kind: SamplingKind) -> Self {
+        let (reference, marginals) = reference_values(case, nominal, bounds, kind);
+        let (tally, is_independent) = (Accumulator::new(&reference, &marginals), case.correlation.is_empty());
+        let traces = TraceCoverage::new(&nominal.temperatures_k, envelope);
+        Self { accumulator: tally, traces, bounds, is_independent, failures: BTreeMap::new() }
     }
 
     /// March some members of an ensemble and accumulate them; `watch` is as in [`uncertainty`].
@@ -170,24 +170,24 @@ impl Gathered {
         watch: &mut dyn FnMut(&Ensemble, &Traces),
     ) -> Result<(), MarchError> {
         let (mut outputs, mut factors, mut is_complete) = (Vec::new(), Vec::new(), Vec::new());
-        march_some(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
+        march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 outputs.extend(traces.member(member));
                 let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));
                 let peaks: Vec<Peak> = peaks.collect();
                 outputs.extend(peaks.iter().map(|peak| peak.temperature_k));
                 outputs.extend(peaks.iter().map(|peak| peak.time_s));
-                outputs.extend(self.traces.farthest(traces.member(member)));
-                if traces.arrivals[member] == Arrival::Done {
-                    self.traces.keep(traces.first + member, traces.member(member));
+                outputs.extend(self.traces.max_deviations(traces.member(member)));
+                if traces.statuses[member] == MemberStatus::Completed {
+                    self.traces.store(traces.first + member, traces.member(member));
                 }
                 factors.extend(ensemble.member(traces.first + member));
-                is_complete.push(traces.arrivals[member] == Arrival::Done);
-                if let Some(reason) = reason(case, &traces.arrivals[member]) {
-                    self.fail(reason, 1, traces.first + member);
+                is_complete.push(traces.statuses[member] == MemberStatus::Completed);
+                if let Some(reason) = failure_reason(case, &traces.statuses[member]) {
+                    self.add_failure(reason, 1, traces.first + member);
                 }
                 if is_complete.len() == BLOCK || member + 1 == traces.members() {
-                    self.tally.add_block(&outputs, &factors, &is_complete);
+                    self.accumulator.add_block(&outputs, &factors, &is_complete);
                     outputs.clear();
                     factors.clear();
                     is_complete.clear();
@@ -202,26 +202,28 @@ impl Gathered {
     /// # Panics
     /// When the nominal marches or the side constraints differ.
     pub fn merge(&mut self, other: &Self) {
-        self.tally.merge(&other.tally);
+        self.accumulator.merge(&other.accumulator);
         self.traces.merge(&other.traces);
         for (reason, &(members, first)) in &other.failures {
-            self.fail(reason.clone(), members, first);
+            self.add_failure(reason.clone(), members, first);
         }
     }
 
-    fn fail(&mut self, reason: String, members: usize, first: usize) {
+    fn add_failure(&mut self, reason: String, members: usize, first: usize) {
         let failure = self.failures.entry(reason).or_insert((0, first));
         *failure = (failure.0 + members, failure.1.min(first));
     }
 
     /// Members that completed and were counted.
-    pub fn ok(&self) -> usize {
-        self.tally.members()
+    pub fn completed(&self) -> usize {
+        self.accumulator.members()
     }
 
     /// All members: counted, excluded, or failed.
     pub fn members(&self) -> usize {
-        self.tally.members() + self.tally.left_out() + self.failures.values().map(|(members, _)| members).sum::<usize>()
+        self.accumulator.members()
+            + self.accumulator.excluded()
+            + self.failures.values().map(|(members, _)| members).sum::<usize>()
     }
 
     /// Failures by reason.
@@ -231,8 +233,8 @@ impl Gathered {
     }
 
     /// The accumulators as integers, for storage together with [`failures`](Self::failures).
-    pub fn numbers(&self) -> Vec<i128> {
-        self.tally.numbers()
+    pub fn to_integers(&self) -> Vec<i128> {
+        self.accumulator.to_integers()
     }
 
     /// The envelope that scales deviations from the nominal traces.
@@ -241,42 +243,44 @@ impl Gathered {
     }
 
     /// Stored traces of the first members, in quanta.
-    pub fn kept(&self) -> &BTreeMap<usize, Vec<i32>> {
-        self.traces.kept()
+    pub fn stored_traces(&self) -> &BTreeMap<usize, Vec<i32>> {
+        self.traces.stored()
     }
 
-    /// Restored statistics about the same nominal march; `None` where the integers do not fit.
+    /// Restored statistics about the same nominal march; `Scalar` where the integers do not fit.
     pub fn restored(&self, numbers: &[i128], traces: BTreeMap<usize, Vec<i32>>, failures: &[Failure]) -> Option<Self> {
         let mut restored = Self {
-            tally: self.tally.refilled(numbers)?,
-            traces: self.traces.clone().with_kept(traces)?,
+            accumulator: self.accumulator.restored_from(numbers)?,
+            traces: self.traces.clone().with_stored(traces)?,
             failures: BTreeMap::new(),
             ..*self
         };
-        failures.iter().for_each(|failure| restored.fail(failure.reason.clone(), failure.members, failure.first));
+        failures
+            .iter()
+            .for_each(|failure| restored.add_failure(failure.reason.clone(), failure.members, failure.first));
         Some(restored)
     }
 
     /// The results for `members` members of this sampling.
-    pub fn answer(&self, nominal: &Nominal, sampling: &Sampling, members: usize) -> Uncertainty {
-        let Self { tally, .. } = self;
+    pub fn results(&self, nominal: &Prediction, sampling: &Sampling, members: usize) -> Uncertainty {
+        let Self { accumulator: tally, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
-        let causes = tally.causes(self.is_independent);
+        let causes = tally.sensitivity_indices(self.is_independent);
         let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (sensor * instants..(sensor + 1) * instants).map(each).collect()
         };
         let spreads = (0..sensors).map(|sensor| {
             let percentiles_k = PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent)));
-            let stretch = tally.percentile(sensors * (instants + 2) + sensor, PERCENT);
-            let whole = self.traces.of(sensor, stretch, [&percentiles_k[0], &percentiles_k[4]]);
+            let stretch = tally.percentile(sensors * (instants + 2) + sensor, COVERAGE_PERCENT);
+            let whole = self.traces.band(sensor, stretch, [&percentiles_k[0], &percentiles_k[4]]);
             Spread {
                 mean_k: over(sensor, &|output| tally.mean(output)),
                 deviation_k: over(sensor, &|output| tally.deviation(output)),
-                low_k: over(sensor, &|output| tally.low(output)),
-                high_k: over(sensor, &|output| tally.high(output)),
+                low_k: over(sensor, &|output| tally.min(output)),
+                high_k: over(sensor, &|output| tally.max(output)),
                 percentiles_k,
-                causes: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
-                whole,
+                indices: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
+                simultaneous: whole,
             }
         });
         let peaks = (0..sensors).map(|sensor| {
@@ -287,8 +291,8 @@ impl Gathered {
                 deviation_k: tally.deviation(hot),
                 percentiles_k: PERCENTS.map(|percent| tally.percentile(hot, percent)),
                 percentiles_s: PERCENTS.map(|percent| tally.percentile(late, percent)),
-                causes: causes[hot].clone(),
-                causes_of_time: causes[late].clone(),
+                temperature_indices: causes[hot].clone(),
+                time_indices: causes[late].clone(),
             }
         });
         Uncertainty {
@@ -296,8 +300,8 @@ impl Gathered {
             bounds: self.bounds,
             sampling: sampling.kind.name(),
             is_independent: self.is_independent,
-            asked: members,
-            ok: tally.members(),
+            members,
+            completed: tally.members(),
             failures: self.failures(),
             instants_s: nominal.instants_s.clone(),
             spreads: spreads.collect(),
@@ -308,7 +312,12 @@ impl Gathered {
 
 /// Reference values of the accumulator: every temperature, every peak and its time of the nominal march, and zero
 /// deviation from its traces; and the distributions of the factors.
-fn references(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind) -> (Vec<f64>, Vec<Marginal>) {
+fn reference_values(
+    case: &Case,
+    nominal: &Prediction,
+    bounds: Bounds,
+    kind: SamplingKind,
+) -> (Vec<f64>, Vec<Marginal>) {
     let mut reference: Vec<f64> = nominal.temperatures_k.concat();
     reference.extend(nominal.peaks.iter().map(|peak| peak.temperature_k));
     reference.extend(nominal.peaks.iter().map(|peak| peak.time_s));
@@ -317,14 +326,14 @@ fn references(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind
     (reference, marginals.collect())
 }
 
-/// Reason of a failure, in words that do not depend on the member; `None` for a completed member.
-pub fn reason(case: &Case, arrival: &Arrival) -> Option<String> {
+/// Reason of a failure, in words that do not depend on the member; `Scalar` for a completed member.
+pub fn failure_reason(case: &Case, arrival: &MemberStatus) -> Option<String> {
     match arrival {
-        Arrival::Done => None,
-        Arrival::Strayed { .. } => {
+        MemberStatus::Completed => None,
+        MemberStatus::Diverged { .. } => {
             Some("a temperature left 0 to 4,000 K, the valid range of all properties".to_owned())
         }
-        Arrival::LeftTable { ply, .. } => {
+        MemberStatus::OutOfTable { ply, .. } => {
             let ply = &case.layup.plies[*ply];
             Some(format!(
                 "ply {:?} left the temperature range of the tables of {}, which forbid extrapolation",

@@ -3,21 +3,21 @@
 //! Every reference problem is marched once more in this way. The tolerance is the sum of the problem's own and that of
 //! the adaptation. Random cases show whether the reported error covers the true one.
 
-use super::problem::{Measure, Place, Problem};
+use super::problem::{ErrorScale, Observable, Problem};
 use super::random_case::random_case;
-use super::{Group, Row, problems};
+use super::{Group, VerificationRow, problems};
+use crate::adapt::adapt;
+use crate::adapt::error_estimate::{FRONT_TOLERANCE_M, GAUGE_TOLERANCE};
 use crate::ensemble::Ensemble;
-use crate::march::extrapolated::march_both;
+use crate::march::richardson::march_extrapolated;
 use crate::march::{March, MarchError};
-use crate::pilot::error_estimate::{FRONT_M, GAUGE_SHARE};
-use crate::pilot::pilot;
-use crate::traces::Arrival;
+use crate::traces::MemberStatus;
 
 /// Default temperature tolerance of a case file, K.
-const TEMPERATURE_K: f64 = 0.05;
+const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Refinement of the march that serves as the truth of a random case. The error estimate uses refinements of two and
 /// four, and would cover the error against either of them by construction.
-const TRUTH: usize = 6;
+const TRUTH_REFINEMENT: usize = 6;
 /// Number of random cases; their seeds count from zero.
 const RANDOM_CASES: u64 = 20;
 
@@ -25,34 +25,36 @@ const RANDOM_CASES: u64 = 20;
 ///
 /// # Errors
 /// As [`March::march`].
-pub(super) fn adapted(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
+pub(super) fn adapted_rows(march: &mut dyn March) -> Result<Vec<VerificationRow>, MarchError> {
     let mut rows = Vec::new();
-    for problem in problems::all() {
-        rows.push(row(march, problem)?);
+    for problem in problems::all_problems() {
+        rows.push(adapted_row(march, problem)?);
     }
-    rows.extend(reported(march)?);
+    rows.extend(reported_error_rows(march)?);
     Ok(rows)
 }
 
-fn row(march: &mut dyn March, mut problem: Problem) -> Result<Row, MarchError> {
-    problem.case.resolution.tolerance_k = Some(TEMPERATURE_K);
+fn adapted_row(march: &mut dyn March, mut problem: Problem) -> Result<VerificationRow, MarchError> {
+    problem.case.resolution.tolerance_k = Some(DEFAULT_TOLERANCE_K);
     for check in &mut problem.checks {
         let largest = check.points.iter().fold(0.0_f64, |largest, point| largest.max(point.value.abs()));
         let Some(point) = check.points.first() else { continue };
-        let plain = match point.place {
-            Place::Depth(_) => TEMPERATURE_K,
-            Place::Gauge(gauge) if gauge.is_front() => FRONT_M,
-            Place::Gauge(_) => GAUGE_SHARE * largest,
+        let plain = match point.observable {
+            Observable::Depth(_) => DEFAULT_TOLERANCE_K,
+            Observable::Gauge(gauge) if gauge.is_front() => FRONT_TOLERANCE_M,
+            Observable::Gauge(_) => GAUGE_TOLERANCE * largest,
         };
         check.tolerance += match check.measure {
-            Measure::Plain => plain,
-            Measure::ShareOf(driving) => plain / driving,
-            Measure::Relative => plain / check.points.iter().fold(largest, |least, point| least.min(point.value.abs())),
+            ErrorScale::Absolute => plain,
+            ErrorScale::RelativeTo(driving) => plain / driving,
+            ErrorScale::Relative => {
+                plain / check.points.iter().fold(largest, |least, point| least.min(point.value.abs()))
+            }
         };
     }
     let rows = problem.rows(march)?;
     let worst = rows.iter().map(|row| row.difference / row.tolerance).fold(0.0, f64::max);
-    Ok(Row {
+    Ok(VerificationRow {
         group: Group::Adapted,
         case: problem.case.name,
         reference: "the references of the problem".to_owned(),
@@ -67,16 +69,16 @@ fn row(march: &mut dyn March, mut problem: Problem) -> Result<Row, MarchError> {
 }
 
 /// The reported error against the true one, which is the difference from six times the cells and steps.
-fn reported(march: &mut dyn March) -> Result<[Row; 2], MarchError> {
+fn reported_error_rows(march: &mut dyn March) -> Result<[VerificationRow; 2], MarchError> {
     let (mut judged, mut beyond, mut worst) = (0_u32, 0_u32, 0.0_f64);
     for seed in 0..RANDOM_CASES {
-        for ratio in ratios(march, seed)? {
+        for ratio in error_ratios(march, seed)? {
             judged += 1;
             beyond += u32::from(ratio > 1.0);
             worst = worst.max(ratio);
         }
     }
-    let row = |quantity: &str, difference: f64, tolerance: f64, unit: &str, source: &str| Row {
+    let row = |quantity: &str, difference: f64, tolerance: f64, unit: &str, source: &str| VerificationRow {
         group: Group::Adapted,
         case: format!("random cases 0 to {}", RANDOM_CASES - 1),
         reference: "six times the cells and steps".to_owned(),
@@ -108,15 +110,20 @@ fn reported(march: &mut dyn March) -> Result<[Row; 2], MarchError> {
 ///
 /// # Errors
 /// As [`March::march`].
-fn ratios(march: &mut dyn March, seed: u64) -> Result<Vec<f64>, MarchError> {
+fn error_ratios(march: &mut dyn March, seed: u64) -> Result<Vec<f64>, MarchError> {
     let Ok(case) = random_case(seed) else { return Ok(vec![f64::INFINITY]) };
-    let plan = pilot(&case)?;
-    let Some(reached) = &plan.reached else { return Ok(Vec::new()) };
+    let plan = adapt(&case)?;
+    let Some(reached) = &plan.error_estimate else { return Ok(Vec::new()) };
     let ensemble = Ensemble::nominal(&case.factors);
-    let truth = march_both(march, &plan.recut(&case, plan.discretisation.refined(TRUTH)), &ensemble, 0..1)?;
-    if truth.arrivals != [Arrival::Done] {
+    let truth = march_extrapolated(
+        march,
+        &plan.rediscretised(&case, plan.discretisation.refined(TRUTH_REFINEMENT)),
+        &ensemble,
+        0..1,
+    )?;
+    if truth.statuses != [MemberStatus::Completed] {
         return Ok(Vec::new());
     }
-    let given = march_both(march, &plan, &ensemble, 0..1)?;
-    Ok(reached.ratios(&given, &truth))
+    let given = march_extrapolated(march, &plan, &ensemble, 0..1)?;
+    Ok(reached.error_ratios(&given, &truth))
 }

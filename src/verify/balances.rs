@@ -8,36 +8,36 @@
 //! char: the march heats gas by `ε dp/dt`, where `d(εp)/dt` would close. This is 50 J/m² of a million at one atmosphere
 //! (0.05 K) and does not vanish with the step, so no order is checked there.
 
-use super::orders::{carried, shortfall};
-use super::problems::charring::smooth;
+use super::orders::{march_refined, order_row};
+use super::problems::charring::charring_felt;
 use super::problems::flexible;
-use super::{Group, Row, problems};
-use crate::case::{Case, GasPath, Resolution};
+use super::{Group, VerificationRow, problems};
+use crate::case::{Case, GasFlowModel, Resolution};
 use crate::march::{March, MarchError};
-use crate::traces::{Arrival, Balance};
+use crate::traces::{Balance, MemberStatus};
 
 /// Tolerance of mass as a share of the mass moved, in double precision.
-const MASS: f64 = 1e-12;
+const MASS_TOLERANCE: f64 = 1e-12;
 /// Tolerance of heat as a share of the heat moved.
-const HEAT: f64 = 2e-4;
+const HEAT_TOLERANCE: f64 = 2e-4;
 
 /// A case and the balances that are checked.
-struct Balanced {
+struct BalanceCase {
     case: Case,
     /// Whether heat is checked: not for gas flow at one temperature.
-    of_heat: bool,
+    checks_heat: bool,
     /// Whether the order of the heat residual is checked: it must exceed rounding and come from the steps alone.
-    of_order: bool,
+    checks_order: bool,
 }
 
 /// Balances at the resolution of each case, and the order in the step of the heat balance.
 ///
 /// # Errors
 /// As [`March::march`].
-pub(super) fn balances(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
+pub(super) fn balance_rows(march: &mut dyn March) -> Result<Vec<VerificationRow>, MarchError> {
     let mut rows = Vec::new();
-    for Balanced { case, of_heat, of_order } in cases() {
-        let row = |reference: &str, quantity: &str, difference, tolerance, unit: &str, source: &str| Row {
+    for BalanceCase { case, checks_heat: of_heat, checks_order: of_order } in cases() {
+        let row = |reference: &str, quantity: &str, difference, tolerance, unit: &str, source: &str| VerificationRow {
             group: Group::Balance,
             case: case.name.clone(),
             reference: reference.to_owned(),
@@ -53,22 +53,22 @@ pub(super) fn balances(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
                 "heat in − heat out − heat stored",
                 "residual of heat at the steps of the case",
                 heat,
-                HEAT,
+                HEAT_TOLERANCE,
                 "of the heat moved",
                 "0.02 % of the heat; wide: one limit for all cases, each at its own steps",
             ));
         }
         if of_order {
             let order = (heat / residuals(march, &case, 2)?[0]).log2();
-            let row = shortfall(&case.name, "self-convergence, steps halved", "Δt", order, 0.2);
-            rows.push(Row { group: Group::Balance, ..row });
+            let row = order_row(&case.name, "self-convergence, steps halved", "Δt", order, 0.2);
+            rows.push(VerificationRow { group: Group::Balance, ..row });
         }
         if case.gas.is_some() {
             rows.push(row(
                 "solid lost + gas in − gas out − gas stored",
                 "residual of mass at the steps of the case",
                 mass,
-                MASS,
+                MASS_TOLERANCE,
                 "of the mass moved",
                 "rounding of some thousand f64 steps is 1e-13 at most; wide: rounding errors partly cancel",
             ));
@@ -77,18 +77,18 @@ pub(super) fn balances(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
     Ok(rows)
 }
 
-/// Residuals of heat and mass as shares of the amounts moved, each step cut into `cuts`; NaN if the march failed.
+/// Residuals of heat and mass as shares of the amounts moved, each step cut into `subdivisions`; NaN if the march failed.
 fn residuals(march: &mut dyn March, case: &Case, cuts: usize) -> Result<[f64; 2], MarchError> {
-    let traces = carried(march, case, 1, cuts)?;
-    let balance = traces.balances.first().filter(|_| traces.arrivals == [Arrival::Done]);
+    let traces = march_refined(march, case, 1, cuts)?;
+    let balance = traces.balances.first().filter(|_| traces.statuses == [MemberStatus::Completed]);
     Ok([Balance::residual, Balance::mass_residual].map(|of| balance.map_or(f64::NAN, of).abs()))
 }
 
 /// Inert and charring layups, open and held faces, quasi-steady, Darcy and driven gas.
-fn cases() -> Vec<Balanced> {
-    let balanced = |case, of_heat, of_order| Balanced { case, of_heat, of_order };
-    let mut cases = vec![balanced(flexible::layup(), true, true)];
-    for case in problems::all().into_iter().map(|problem| problem.case) {
+fn cases() -> Vec<BalanceCase> {
+    let balanced = |case, of_heat, of_order| BalanceCase { case, checks_heat: of_heat, checks_order: of_order };
+    let mut cases = vec![balanced(flexible::flexible_layup(), true, true)];
+    for case in problems::all_problems().into_iter().map(|problem| problem.case) {
         match case.name.as_str() {
             "power laws, radiating" | "TACOT, surface held by a schedule" => {
                 cases.push(balanced(Case { resolution: Resolution::default(), ..case }, true, true));
@@ -102,7 +102,7 @@ fn cases() -> Vec<Balanced> {
             _ => {}
         }
     }
-    cases.push(balanced(smooth(GasPath::QuasiSteady, 0.0), true, true));
-    cases.push(balanced(smooth(GasPath::Darcy, 1e-13), true, false));
+    cases.push(balanced(charring_felt(GasFlowModel::QuasiSteady, 0.0), true, true));
+    cases.push(balanced(charring_felt(GasFlowModel::Darcy, 1e-13), true, false));
     cases
 }

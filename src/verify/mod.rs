@@ -10,15 +10,15 @@
 
 mod adapted;
 mod balances;
+pub mod cross_backend;
 pub mod exact;
 pub mod least_squares;
 pub mod orders;
 pub mod problem;
+mod problem_materials;
 pub mod problems;
 pub mod random_case;
 mod reference;
-mod substance;
-pub mod twins;
 
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
@@ -41,13 +41,13 @@ pub enum Group {
     /// The minimiser against problems with known optima.
     Fit,
     /// Backends, precisions and derivatives against the CPU in double precision.
-    Twins,
+    CrossBackend,
 }
 
 impl Group {
     /// Every group, in the order of the table.
     pub const ALL: [Self; 7] =
-        [Self::Exact, Self::Orders, Self::Codes, Self::Adapted, Self::Balance, Self::Fit, Self::Twins];
+        [Self::Exact, Self::Orders, Self::Codes, Self::Adapted, Self::Balance, Self::Fit, Self::CrossBackend];
 
     /// The group as printed.
     pub fn name(self) -> &'static str {
@@ -58,14 +58,14 @@ impl Group {
             Self::Adapted => "adapted",
             Self::Balance => "balance",
             Self::Fit => "fit",
-            Self::Twins => "twins",
+            Self::CrossBackend => "twins",
         }
     }
 }
 
 /// One comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct VerificationRow {
     /// The kind of evidence.
     pub group: Group,
     /// The name of the problem.
@@ -85,9 +85,9 @@ pub struct Row {
 }
 
 /// Separates, in the source of a tolerance, the reason for more than ten times the difference.
-pub const WIDE: &str = "; wide: ";
+pub const WIDE_REASON: &str = "; wide: ";
 
-impl Row {
+impl VerificationRow {
     /// Whether the difference is within the tolerance; NaN is not.
     pub fn pass(&self) -> bool {
         self.difference <= self.tolerance
@@ -100,12 +100,12 @@ impl Row {
 
     /// Whether the tolerance is more than ten times the difference and its source gives no reason for it.
     pub fn is_wide_without_reason(&self) -> bool {
-        self.is_wide() && !self.source_of_tolerance.contains(WIDE)
+        self.is_wide() && !self.source_of_tolerance.contains(WIDE_REASON)
     }
 
     /// The source of the tolerance, with the reason for a wide one only if it is wide.
     pub fn source(&self) -> &str {
-        match self.source_of_tolerance.split_once(WIDE) {
+        match self.source_of_tolerance.split_once(WIDE_REASON) {
             Some((source, _)) if !self.is_wide() => source,
             _ => &self.source_of_tolerance,
         }
@@ -116,30 +116,34 @@ impl Row {
 ///
 /// # Errors
 /// As [`March::march`].
-pub fn rows(march: &mut dyn March, marches: &mut [Box<dyn March>], groups: &[Group]) -> Result<Vec<Row>, MarchError> {
+pub fn verification_rows(
+    march: &mut dyn March,
+    marches: &mut [Box<dyn March>],
+    groups: &[Group],
+) -> Result<Vec<VerificationRow>, MarchError> {
     let mut rows = Vec::new();
     for &group in groups {
         match group {
             Group::Exact | Group::Codes => {
-                for problem in problems::all().iter().filter(|problem| problem.group == group) {
+                for problem in problems::all_problems().iter().filter(|problem| problem.group == group) {
                     rows.extend(problem.rows(march)?);
                 }
             }
-            Group::Adapted => rows.extend(adapted::adapted(march)?),
-            Group::Orders => rows.extend(orders::orders(march)?),
-            Group::Balance => rows.extend(balances::balances(march)?),
-            Group::Fit => rows.extend(least_squares::rows()),
-            Group::Twins => rows.extend(twins::twins(marches)?),
+            Group::Adapted => rows.extend(adapted::adapted_rows(march)?),
+            Group::Orders => rows.extend(orders::order_rows(march)?),
+            Group::Balance => rows.extend(balances::balance_rows(march)?),
+            Group::Fit => rows.extend(least_squares::verification_rows()),
+            Group::CrossBackend => rows.extend(cross_backend::cross_backend_rows(marches)?),
         }
     }
     Ok(rows)
 }
 
 /// Columns of the text table, unless a single text is longer.
-const COLUMNS: usize = 100;
+const MAX_COLUMNS: usize = 100;
 
 /// Rows as text: a line with the numbers, then, indented, quantity, reference and source of the tolerance.
-pub fn table(rows: &[Row]) -> String {
+pub fn text_table(rows: &[VerificationRow]) -> String {
     let case_width = rows.iter().map(|row| row.case.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     let mut group = None;
@@ -156,7 +160,8 @@ pub fn table(rows: &[Row]) -> String {
         );
         let mut line = format!("        {} against {}", row.quantity, row.reference);
         let tolerance = format!("tolerance: {}", row.source());
-        let joint = if line.chars().count() + tolerance.chars().count() + 2 <= COLUMNS { "; " } else { ";\n        " };
+        let joint =
+            if line.chars().count() + tolerance.chars().count() + 2 <= MAX_COLUMNS { "; " } else { ";\n        " };
         line += joint;
         let _ = writeln!(text, "{line}{tolerance}");
     }
@@ -171,7 +176,7 @@ pub fn table(rows: &[Row]) -> String {
 ///
 /// # Errors
 /// As [`March::march`].
-pub fn compare(
+pub fn largest_difference_k(
     one: &mut dyn March,
     other: &mut dyn March,
     plan: &Plan,
@@ -183,7 +188,7 @@ pub fn compare(
     while first < ensemble.len() {
         let next = (first + capacity).min(ensemble.len());
         let (a, b) = (one.march(plan, ensemble, first..next)?, other.march(plan, ensemble, first..next)?);
-        if a.arrivals != b.arrivals || a.temperatures_k.len() != b.temperatures_k.len() {
+        if a.statuses != b.statuses || a.temperatures_k.len() != b.temperatures_k.len() {
             return Ok(f64::INFINITY);
         }
         for (a_k, b_k) in a.temperatures_k.iter().zip(&b.temperatures_k) {

@@ -1,16 +1,16 @@
 //! A problem: a case with its reference values.
 
-use super::{Group, Row};
+use super::{Group, VerificationRow};
+use crate::adapt::adapt;
 use crate::case::{
-    Case, Conductivity, Estimate, Exposure, Face, Gas, GasFlow, GasPath, Layup, Mark, Material, Observation, OpenFace,
-    OutOfRange, Ply, Pores, Provenance, Resolution, Schedule, Sensor, Side, Table,
+    Case, Conductivity, EstimationSettings, Exposure, Face, Gas, GasFlow, GasFlowModel, Layup, Material, Observation,
+    OpenFace, OutOfRange, Ply, Pores, Provenance, Resolution, Schedule, Sensor, Side, SourceKind, Table,
 };
 use crate::ensemble::Ensemble;
-use crate::march::extrapolated::march_both;
+use crate::march::richardson::march_extrapolated;
 use crate::march::{March, MarchError};
-use crate::pilot::pilot;
 use crate::plan::Plan;
-use crate::traces::{Arrival, Gauge};
+use crate::traces::{Gauge, MemberStatus};
 use std::sync::Arc;
 
 /// A case with its reference values.
@@ -30,43 +30,43 @@ pub struct Check {
     /// The quantity compared.
     pub quantity: &'static str,
     /// Reference points.
-    pub points: Vec<Point>,
+    pub points: Vec<ReferencePoint>,
     /// Largest difference that passes, in the unit of the measure.
     pub tolerance: f64,
     /// Scaling of the differences.
-    pub measure: Measure,
+    pub measure: ErrorScale,
     /// Reason for the size of the tolerance.
     pub source_of_tolerance: &'static str,
 }
 
 /// A reference value of an observable at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct ReferencePoint {
     /// Temperature at a depth, or gauge.
-    pub place: Place,
+    pub observable: Observable,
     /// Time, s.
     pub time_s: f64,
     /// Expected value: K at a depth, the gauge's own unit for a gauge.
     pub value: f64,
 }
 
-impl Point {
+impl ReferencePoint {
     /// A temperature at a depth.
     pub fn at(depth_m: f64, time_s: f64, temperature_k: f64) -> Self {
-        Self { place: Place::Depth(depth_m), time_s, value: temperature_k }
+        Self { observable: Observable::Depth(depth_m), time_s, value: temperature_k }
     }
 }
 
 /// An observable of a march.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub enum Observable {
     /// Temperature at a depth below the hot face, m.
     Depth(f64),
     /// A gauge of the whole member.
     Gauge(Gauge),
 }
 
-impl Place {
+impl Observable {
     fn unit(self) -> &'static str {
         match self {
             Self::Depth(_) => "K",
@@ -77,36 +77,36 @@ impl Place {
 
 /// Scaling of a difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Measure {
+pub enum ErrorScale {
     /// Absolute, in the unit of the observable.
-    Plain,
+    Absolute,
     /// Relative to a driving value, in the unit of the observable.
-    ShareOf(f64),
+    RelativeTo(f64),
     /// Relative to each reference value, for values far from zero.
     Relative,
 }
 
-impl Measure {
-    fn unit(self, place: Place) -> String {
+impl ErrorScale {
+    fn unit(self, place: Observable) -> String {
         match self {
-            Self::Plain => place.unit().to_owned(),
-            Self::ShareOf(driving) => format!("of {driving} {}", place.unit()),
+            Self::Absolute => place.unit().to_owned(),
+            Self::RelativeTo(driving) => format!("of {driving} {}", place.unit()),
             Self::Relative => "of the reference".to_owned(),
         }
     }
 
-    fn of(self, read: f64, expected: f64) -> f64 {
+    fn error(self, read: f64, expected: f64) -> f64 {
         let off = (read - expected).abs();
         match self {
-            Self::Plain => off,
-            Self::ShareOf(driving) => off / driving,
+            Self::Absolute => off,
+            Self::RelativeTo(driving) => off / driving,
             Self::Relative => off / expected.abs(),
         }
     }
 }
 
 /// Layup, faces and resolution of a problem.
-pub struct Setting {
+pub struct ProblemSetup {
     /// Material and thickness (m), from the hot face to the back.
     pub plies: Vec<(Arc<Material>, f64)>,
     /// Uniform initial temperature, K.
@@ -125,22 +125,22 @@ pub struct Setting {
 
 impl Problem {
     /// A problem that ends at the last of its reference points.
-    pub fn new(group: Group, name: &str, setting: Setting, mut checks: Vec<Check>) -> Self {
-        let Setting { plies, start_k, hot_face, back_face, cells, first_step_s, growth } = setting;
+    pub fn new(group: Group, name: &str, setting: ProblemSetup, mut checks: Vec<Check>) -> Self {
+        let ProblemSetup { plies, start_k, hot_face, back_face, cells, first_step_s, growth } = setting;
         let layup = layup(plies);
         for point in checks.iter_mut().flat_map(|check| &mut check.points) {
-            if let Place::Depth(depth_m) = &mut point.place {
-                *depth_m = snapped_m(&layup, *depth_m);
+            if let Observable::Depth(depth_m) = &mut point.observable {
+                *depth_m = snap_to_interface_m(&layup, *depth_m);
             }
         }
-        let points: Vec<Point> = checks.iter().flat_map(|check| check.points.iter().copied()).collect();
+        let points: Vec<ReferencePoint> = checks.iter().flat_map(|check| check.points.iter().copied()).collect();
         let duration_s = points.iter().fold(0.0, |end_s: f64, point| end_s.max(point.time_s));
         let sensors = sensors(&points);
         let case = Case {
             id: name.to_owned(),
             name: name.to_owned(),
             note: String::new(),
-            observations: vec![observed(&points, start_k)],
+            observations: vec![placeholder_observations(&points, start_k)],
             layup,
             sensors,
             gas: None,
@@ -155,7 +155,7 @@ impl Problem {
             },
             factors: Vec::new(),
             correlation: Default::default(),
-            estimate: Estimate::default(),
+            estimate: EstimationSettings::default(),
             paper_figures: Vec::new(),
             resolution: Resolution {
                 tolerance_k: None,
@@ -163,26 +163,26 @@ impl Problem {
                 first_step_s,
                 growth,
                 largest_step_s: duration_s,
-                every_s: duration_s,
+                output_interval_s: duration_s,
             },
         };
         Self { group, case, checks }
     }
 
     /// The problem with gas flow.
-    pub fn seeped(mut self, path: GasPath, gas: Arc<Gas>) -> Self {
-        self.case.gas = Some(GasFlow { path, gas });
+    pub fn with_gas_flow(mut self, path: GasFlowModel, gas: Arc<Gas>) -> Self {
+        self.case.gas = Some(GasFlow { model: path, gas });
         self
     }
 
     /// The problem with a given number of cells and step growth, without adaptation.
-    pub fn stated(mut self, cells: usize, growth: f64) -> Self {
+    pub fn with_cells(mut self, cells: usize, growth: f64) -> Self {
         self.case.resolution = Resolution { tolerance_k: None, cells, growth, ..self.case.resolution };
         self
     }
 
     /// The problem with equal steps.
-    pub fn stepped(mut self, step_s: f64) -> Self {
+    pub fn with_equal_steps(mut self, step_s: f64) -> Self {
         self.case.resolution =
             Resolution { first_step_s: step_s, growth: 1.0, largest_step_s: step_s, ..self.case.resolution };
         self
@@ -192,20 +192,20 @@ impl Problem {
     ///
     /// # Errors
     /// As [`March::march`].
-    pub fn rows(&self, march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
-        let plan = pilot(&self.case)?;
-        let ensemble = Ensemble::at(0, Vec::new());
+    pub fn rows(&self, march: &mut dyn March) -> Result<Vec<VerificationRow>, MarchError> {
+        let plan = adapt(&self.case)?;
+        let ensemble = Ensemble::from_values(0, Vec::new());
         // A problem without a tolerance tests the scheme at given cells and steps; with one, the adapted march.
-        let traces = match plan.reached {
+        let traces = match plan.error_estimate {
             None => march.march(&plan, &ensemble, 0..1)?,
-            Some(_) => march_both(march, &plan, &ensemble, 0..1)?,
+            Some(_) => march_extrapolated(march, &plan, &ensemble, 0..1)?,
         };
-        let has_arrived = traces.arrivals == [Arrival::Done];
-        let read = |point: &Point| {
-            let instant = instant(&plan, point.time_s)?;
-            let readings = match point.place {
-                Place::Gauge(gauge) => traces.gauge(0, gauge)?,
-                Place::Depth(depth_m) => {
+        let has_arrived = traces.statuses == [MemberStatus::Completed];
+        let read = |point: &ReferencePoint| {
+            let instant = instant_index(&plan, point.time_s)?;
+            let readings = match point.observable {
+                Observable::Gauge(gauge) => traces.gauge(0, gauge)?,
+                Observable::Depth(depth_m) => {
                     let sensor = self.case.sensors.iter().position(|sensor| sensor.depth_m == depth_m)?;
                     traces.trace(0, sensor)
                 }
@@ -214,18 +214,18 @@ impl Problem {
         };
         let rows = self.checks.iter().map(|check| {
             let worst = check.points.iter().fold(0.0, |worst: f64, point| {
-                let off = check.measure.of(read(point).unwrap_or(f64::NAN), point.value);
+                let off = check.measure.error(read(point).unwrap_or(f64::NAN), point.value);
                 // `max` would drop a NaN at the next point.
                 if off.is_nan() { f64::INFINITY } else { worst.max(off) }
             });
-            Row {
+            VerificationRow {
                 group: self.group,
                 case: self.case.name.clone(),
                 reference: check.reference.to_owned(),
                 quantity: check.quantity.to_owned(),
                 difference: if has_arrived { worst } else { f64::INFINITY },
                 tolerance: check.tolerance,
-                unit: check.points.first().map_or_else(String::new, |point| check.measure.unit(point.place)),
+                unit: check.points.first().map_or_else(String::new, |point| check.measure.unit(point.observable)),
                 source_of_tolerance: check.source_of_tolerance.to_owned(),
             }
         });
@@ -234,26 +234,29 @@ impl Problem {
 }
 
 /// Points of a formula of depth and time.
-pub fn points(depths_m: &[f64], times_s: &[f64], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<Point> {
+pub fn points(depths_m: &[f64], times_s: &[f64], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<ReferencePoint> {
     let at = |&time_s: &f64| {
         let value = &temperature_k;
-        depths_m.iter().map(move |&depth_m| Point::at(depth_m, time_s, value(depth_m, time_s)))
+        depths_m.iter().map(move |&depth_m| ReferencePoint::at(depth_m, time_s, value(depth_m, time_s)))
     };
     times_s.iter().flat_map(at).collect()
 }
 
 /// The same depths and times, with temperatures of a formula.
-pub fn instead(points: &[Point], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<Point> {
-    let of = |point: &Point| match point.place {
-        Place::Depth(depth_m) => Point::at(depth_m, point.time_s, temperature_k(depth_m, point.time_s)),
-        Place::Gauge(_) => *point,
+pub fn with_temperatures(points: &[ReferencePoint], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<ReferencePoint> {
+    let of = |point: &ReferencePoint| match point.observable {
+        Observable::Depth(depth_m) => ReferencePoint::at(depth_m, point.time_s, temperature_k(depth_m, point.time_s)),
+        Observable::Gauge(_) => *point,
     };
     points.iter().map(of).collect()
 }
 
 /// Points of a gauge from a formula of time.
-pub fn gauged(gauge: Gauge, times_s: &[f64], value: impl Fn(f64) -> f64) -> Vec<Point> {
-    times_s.iter().map(|&time_s| Point { place: Place::Gauge(gauge), time_s, value: value(time_s) }).collect()
+pub fn gauge_points(gauge: Gauge, times_s: &[f64], value: impl Fn(f64) -> f64) -> Vec<ReferencePoint> {
+    times_s
+        .iter()
+        .map(|&time_s| ReferencePoint { observable: Observable::Gauge(gauge), time_s, value: value(time_s) })
+        .collect()
 }
 
 /// A material; tables are constant beyond their ends.
@@ -270,7 +273,7 @@ pub fn material(density_kg_m3: f64, heat_capacity: Table, conductivity: Table) -
         conductivity_provenance: provenance(),
         emissivity: Table::constant(0.0),
         emissivity_provenance: provenance(),
-        pores: Pores::SEALED,
+        pores: Pores::IMPERMEABLE,
         pores_provenance: None,
         decomposition: None,
     })
@@ -278,36 +281,40 @@ pub fn material(density_kg_m3: f64, heat_capacity: Table, conductivity: Table) -
 
 /// Provenance of the properties of a problem.
 pub(super) fn provenance() -> Provenance {
-    Provenance { mark: Mark::Read, source: "the reference problem".to_owned(), relative_uncertainty: 0.0 }
+    Provenance {
+        source_kind: SourceKind::ReadInSource,
+        source: "the reference problem".to_owned(),
+        relative_uncertainty: 0.0,
+    }
 }
 
 /// A material of constant conductivity (W/m/K) and volumetric heat capacity (J/m³/K).
-pub fn constant(conductivity_w_m_k: f64, capacity_j_m3_k: f64) -> Arc<Material> {
+pub fn constant_properties(conductivity_w_m_k: f64, capacity_j_m3_k: f64) -> Arc<Material> {
     material(1.0, Table::constant(capacity_j_m3_k), Table::constant(conductivity_w_m_k))
 }
 
 /// A table that is constant beyond its ends.
-pub fn clamped(temperatures_k: Vec<f64>, values: Vec<f64>) -> Table {
+pub fn clamped_table(temperatures_k: Vec<f64>, values: Vec<f64>) -> Table {
     Table { temperatures_k, values, outside: OutOfRange::Clamp }
 }
 
 /// A face held at one temperature.
-pub fn held(temperature_k: f64) -> Face {
+pub fn held_face(temperature_k: f64) -> Face {
     Face::Held(Schedule::constant(temperature_k))
 }
 
 /// An adiabatic, impermeable face.
-pub fn insulated() -> Face {
+pub fn insulated_face() -> Face {
     Face::Open(OpenFace::insulated())
 }
 
 /// A face under a constant flux into the layup.
-pub fn heated(flux_w_m2: f64) -> Face {
+pub fn heated_face(flux_w_m2: f64) -> Face {
     Face::Open(OpenFace { flux_w_m2: Schedule::constant(flux_w_m2), ..OpenFace::insulated() })
 }
 
 /// A face with convection to a gas.
-pub fn convected(film_w_m2_k: f64, gas_k: f64) -> Face {
+pub fn convective_face(film_w_m2_k: f64, gas_k: f64) -> Face {
     Face::Open(OpenFace { film_w_m2_k, gas_k: Schedule::constant(gas_k), ..OpenFace::insulated() })
 }
 
@@ -323,16 +330,16 @@ fn layup(plies: Vec<(Arc<Material>, f64)>) -> Layup {
 }
 
 /// The interface at this depth up to rounding, else the depth itself.
-fn snapped_m(layup: &Layup, depth_m: f64) -> f64 {
+fn snap_to_interface_m(layup: &Layup, depth_m: f64) -> f64 {
     let near = |face_m: &f64| (face_m - depth_m).abs() < 1e-9 * layup.back_m();
     layup.faces_m().into_iter().find(near).unwrap_or(depth_m)
 }
 
 /// A sensor at each depth of the points; at least one, which carries their times.
-fn sensors(points: &[Point]) -> Vec<Sensor> {
-    let depth_m = |point: &Point| match point.place {
-        Place::Depth(depth_m) => Some(depth_m),
-        Place::Gauge(_) => None,
+fn sensors(points: &[ReferencePoint]) -> Vec<Sensor> {
+    let depth_m = |point: &ReferencePoint| match point.observable {
+        Observable::Depth(depth_m) => Some(depth_m),
+        Observable::Gauge(_) => None,
     };
     let mut depths_m: Vec<f64> = points.iter().filter_map(depth_m).collect();
     depths_m.sort_by(f64::total_cmp);
@@ -347,7 +354,7 @@ fn sensors(points: &[Point]) -> Vec<Sensor> {
 }
 
 /// Placeholder observations at the times of the points: the march then has an instant at each of them.
-fn observed(points: &[Point], start_k: f64) -> Observation {
+fn placeholder_observations(points: &[ReferencePoint], start_k: f64) -> Observation {
     let mut times_s: Vec<f64> = points.iter().map(|point| point.time_s).collect();
     times_s.sort_by(f64::total_cmp);
     times_s.dedup();
@@ -356,7 +363,7 @@ fn observed(points: &[Point], start_k: f64) -> Observation {
 }
 
 /// The index of the instant at a time. Times closer than 1e-9 of the duration are one instant.
-fn instant(plan: &Plan, time_s: f64) -> Option<usize> {
+fn instant_index(plan: &Plan, time_s: f64) -> Option<usize> {
     let close_s = 2e-9 * plan.instants_s.last().copied().unwrap_or_default();
     plan.instants_s.iter().position(|instant_s| (instant_s - time_s).abs() <= close_s)
 }

@@ -4,7 +4,7 @@
 //! every kind of face, schedules with jumps, ramps and many corners, contacts, holders, decomposition and gas.
 
 use crate::case::{Case, CaseError};
-use crate::chance::Numbers;
+use crate::random::RandomStream;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -24,7 +24,7 @@ const MATERIALS: [(&str, f64, f64); 11] = [
 ];
 
 /// Stream of the random numbers.
-const STREAM: u64 = 26;
+const RANDOM_STREAM: u64 = 26;
 
 /// The case of a seed.
 ///
@@ -36,27 +36,27 @@ pub fn random_case(seed: u64) -> Result<Case, CaseError> {
 
 /// The text of the case of a seed.
 pub fn random_case_toml(seed: u64) -> String {
-    Text { numbers: Numbers::of(seed, STREAM), toml: String::new() }.case()
+    CaseWriter { numbers: RandomStream::new(seed, RANDOM_STREAM), toml: String::new() }.write_case()
 }
 
 /// Writer of a case file.
-struct Text {
-    numbers: Numbers,
+struct CaseWriter {
+    numbers: RandomStream,
     toml: String,
 }
 
-impl Text {
-    fn case(mut self) -> String {
-        let duration_s = self.log_between(5.0, 400.0).round();
-        let is_decomposing = self.chance(0.4);
-        let is_darcy = is_decomposing && self.chance(0.3);
-        let pressure_pa = self.log_between(1e3, 1e5);
-        let initial_k = 280.0 + 40.0 * self.numbers.unit();
-        self.line(&format!("initial_temperature = \"{initial_k:.0} K\""));
-        self.line(&format!("duration = \"{duration_s} s\""));
-        self.line(&format!("pressure = \"{pressure_pa:.0} Pa\""));
-        self.line(&format!("decomposition = {is_decomposing}"));
-        let contact = self.chance(0.6).then(|| self.log_between(100.0, 2000.0));
+impl CaseWriter {
+    fn write_case(mut self) -> String {
+        let duration_s = self.log_uniform(5.0, 400.0).round();
+        let is_decomposing = self.bernoulli(0.4);
+        let is_darcy = is_decomposing && self.bernoulli(0.3);
+        let pressure_pa = self.log_uniform(1e3, 1e5);
+        let initial_k = 280.0 + 40.0 * self.numbers.uniform();
+        self.push_line(&format!("initial_temperature = \"{initial_k:.0} K\""));
+        self.push_line(&format!("duration = \"{duration_s} s\""));
+        self.push_line(&format!("pressure = \"{pressure_pa:.0} Pa\""));
+        self.push_line(&format!("decomposition = {is_decomposing}"));
+        let contact = self.bernoulli(0.6).then(|| self.log_uniform(100.0, 2000.0));
         let top = self.toml.len();
         let depth_m = self.plies(is_decomposing, is_darcy);
         if let Some(conductance) = contact.filter(|_| depth_m.len() > 1) {
@@ -67,27 +67,27 @@ impl Text {
         self.back_face(duration_s);
         if is_darcy {
             // Gas barriers are impermeable: gas made behind one leaves by the back.
-            self.line(&format!("pressure = \"{pressure_pa:.0} Pa\""));
+            self.push_line(&format!("pressure = \"{pressure_pa:.0} Pa\""));
         }
-        if self.chance(0.15) {
-            let conductance = self.log_between(1.0, 50.0);
-            self.line(&format!("[holder]\nconductance = \"{conductance:.1} kW/m^3/K\"\ntemperature = \"300 K\""));
+        if self.bernoulli(0.15) {
+            let conductance = self.log_uniform(1.0, 50.0);
+            self.push_line(&format!("[holder]\nconductance = \"{conductance:.1} kW/m^3/K\"\ntemperature = \"300 K\""));
         }
         if is_darcy {
-            self.line("[gas]\nflow = \"darcy\"\ngas = \"pyrolysis\"");
-        } else if is_decomposing && self.chance(0.2) {
-            self.line("[gas]\nflow = \"unhindered\"\ngas = \"pyrolysis\"");
+            self.push_line("[gas]\nflow = \"darcy\"\ngas = \"pyrolysis\"");
+        } else if is_decomposing && self.bernoulli(0.2) {
+            self.push_line("[gas]\nflow = \"unhindered\"\ngas = \"pyrolysis\"");
         }
-        self.line(&format!("[resolution]\nevery = \"{} s\"", duration_s / 100.0));
+        self.push_line(&format!("[resolution]\nevery = \"{} s\"", duration_s / 100.0));
         self.toml
     }
 
     /// Writes plies from the hot face to the back; returns their thicknesses, m.
     fn plies(&mut self, is_decomposing: bool, is_darcy: bool) -> Vec<f64> {
-        let count = 1 + self.numbers.below(12);
+        let count = 1 + self.numbers.uniform_index(12);
         (0..count)
             .map(|ply| {
-                let drawn = self.numbers.below(MATERIALS.len());
+                let drawn = self.numbers.uniform_index(MATERIALS.len());
                 let drawn = match MATERIALS[drawn].0 {
                     // A case with decomposition needs a ply that decomposes.
                     _ if is_decomposing && ply == 0 => 2 + drawn % 2,
@@ -98,98 +98,100 @@ impl Text {
                     _ => drawn,
                 };
                 let (material, thinnest_m, thickest_m) = MATERIALS[drawn];
-                let thickness_m = self.log_between(thinnest_m, thickest_m);
+                let thickness_m = self.log_uniform(thinnest_m, thickest_m);
                 let thickness_mm = 1e3 * thickness_m;
-                self.line(&format!("[[ply]]\nname = \"P{ply}\"\nmaterial = \"{material}\""));
-                self.line(&format!("thickness = \"{thickness_mm:.4} mm\""));
+                self.push_line(&format!("[[ply]]\nname = \"P{ply}\"\nmaterial = \"{material}\""));
+                self.push_line(&format!("thickness = \"{thickness_mm:.4} mm\""));
                 thickness_m
             })
             .collect()
     }
 
     fn sensors(&mut self, plies: usize, depth_m: f64) {
-        let sensors = 1 + self.numbers.below(4);
+        let sensors = 1 + self.numbers.uniform_index(4);
         for sensor in 0..sensors {
-            let place = if self.chance(0.7) {
-                format!("below = \"P{}\"", self.numbers.below(plies))
+            let place = if self.bernoulli(0.7) {
+                format!("below = \"P{}\"", self.numbers.uniform_index(plies))
             } else {
-                format!("depth = \"{:.4} mm\"", 1e3 * depth_m * (0.02 + 0.96 * self.numbers.unit()))
+                format!("depth = \"{:.4} mm\"", 1e3 * depth_m * (0.02 + 0.96 * self.numbers.uniform()))
             };
-            self.line(&format!("[[sensor]]\nname = \"TC{sensor}\"\n{place}"));
+            self.push_line(&format!("[[sensor]]\nname = \"TC{sensor}\"\n{place}"));
         }
     }
 
     fn hot_face(&mut self, duration_s: f64, is_decomposing: bool) {
-        self.line("[hot_face]");
-        match self.numbers.below(5) {
+        self.push_line("[hot_face]");
+        match self.numbers.uniform_index(5) {
             0 | 1 => {
                 let flux = self.schedule(duration_s, 0.0, 4e5, "W/m^2");
-                self.line(&format!("kind = \"heated\"\nflux = {flux}"));
-                if self.chance(0.6) {
-                    let enthalpy = self.log_between(5.0, 25.0);
-                    self.line(&format!("recovery_enthalpy = \"{enthalpy:.1} MJ/kg\""));
-                    if is_decomposing && self.chance(0.5) {
-                        self.line("blowing = 0.5");
+                self.push_line(&format!("kind = \"heated\"\nflux = {flux}"));
+                if self.bernoulli(0.6) {
+                    let enthalpy = self.log_uniform(5.0, 25.0);
+                    self.push_line(&format!("recovery_enthalpy = \"{enthalpy:.1} MJ/kg\""));
+                    if is_decomposing && self.bernoulli(0.5) {
+                        self.push_line("blowing = 0.5");
                     }
                 }
             }
             2 => {
                 let flux = self.schedule(duration_s, 0.0, 3e5, "W/m^2");
-                self.line(&format!("kind = \"heated\"\nradiant_flux = {flux}"));
+                self.push_line(&format!("kind = \"heated\"\nradiant_flux = {flux}"));
             }
             3 => {
-                let coefficient = self.log_between(20.0, 500.0);
+                let coefficient = self.log_uniform(20.0, 500.0);
                 let gas = self.schedule(duration_s, 300.0, 1500.0, "K");
-                self.line(&format!("kind = \"convective\"\ncoefficient = \"{coefficient:.0} W/m^2/K\"\ngas = {gas}"));
+                self.push_line(&format!(
+                    "kind = \"convective\"\ncoefficient = \"{coefficient:.0} W/m^2/K\"\ngas = {gas}"
+                ));
             }
             _ => {
                 let temperature = self.schedule(duration_s, 300.0, 1300.0, "K");
-                self.line(&format!("kind = \"held\"\ntemperature = {temperature}"));
+                self.push_line(&format!("kind = \"held\"\ntemperature = {temperature}"));
             }
         }
     }
 
     fn back_face(&mut self, duration_s: f64) {
-        self.line("[back_face]");
-        match self.numbers.below(4) {
-            0 => self.line("kind = \"insulated\""),
+        self.push_line("[back_face]");
+        match self.numbers.uniform_index(4) {
+            0 => self.push_line("kind = \"insulated\""),
             1 => {
-                let coefficient = self.log_between(5.0, 100.0);
-                self.line(&format!(
+                let coefficient = self.log_uniform(5.0, 100.0);
+                self.push_line(&format!(
                     "kind = \"cooled\"\ncoefficient = \"{coefficient:.0} W/m^2/K\"\nambient = \"300 K\""
                 ));
             }
             2 => {
-                let conductance = self.log_between(50.0, 1000.0);
+                let conductance = self.log_uniform(50.0, 1000.0);
                 let holder = format!("conductance = \"{conductance:.0} W/m^2/K\"\ntemperature = \"300 K\"");
-                self.line(&format!("kind = \"holder\"\n{holder}"));
+                self.push_line(&format!("kind = \"holder\"\n{holder}"));
             }
             _ => {
                 let temperature = self.schedule(duration_s, 290.0, 400.0, "K");
-                self.line(&format!("kind = \"held\"\ntemperature = {temperature}"));
+                self.push_line(&format!("kind = \"held\"\ntemperature = {temperature}"));
             }
         }
     }
 
     /// A schedule between two values: constant, ramped pulse, jump, random corners, or noise at up to 50 Hz.
     fn schedule(&mut self, duration_s: f64, low: f64, high: f64, unit: &str) -> String {
-        let top = low + (high - low) * (0.1 + 0.9 * self.numbers.unit());
+        let top = low + (high - low) * (0.1 + 0.9 * self.numbers.uniform());
         let mut points: Vec<(f64, f64)> = Vec::new();
-        match self.numbers.below(5) {
+        match self.numbers.uniform_index(5) {
             0 => points.push((0.0, top)),
             1 => {
                 let (rise_s, end_s) =
-                    (self.log_between(0.05, 0.2 * duration_s), duration_s * (0.25 + 0.5 * self.numbers.unit()));
+                    (self.log_uniform(0.05, 0.2 * duration_s), duration_s * (0.25 + 0.5 * self.numbers.uniform()));
                 points.extend([(0.0, low), (rise_s, top), (end_s, top), (end_s + rise_s, low)]);
             }
             2 => {
-                let at_s = duration_s * (0.05 + 0.6 * self.numbers.unit());
-                let after = low + (high - low) * self.numbers.unit();
+                let at_s = duration_s * (0.05 + 0.6 * self.numbers.uniform());
+                let after = low + (high - low) * self.numbers.uniform();
                 points.extend([(0.0, top), (at_s, top), (at_s, after)]);
             }
             3 => {
-                let corners = 3 + self.numbers.below(10);
-                let value = |text: &mut Self| low + (high - low) * text.numbers.unit();
+                let corners = 3 + self.numbers.uniform_index(10);
+                let value = |text: &mut Self| low + (high - low) * text.numbers.uniform();
                 points.extend((0..=corners).map(|i| (duration_s * i as f64 / corners as f64, value(self))));
             }
             _ => {
@@ -211,16 +213,16 @@ impl Text {
         text + "] }"
     }
 
-    fn line(&mut self, line: &str) {
+    fn push_line(&mut self, line: &str) {
         self.toml.push_str(line);
         self.toml.push('\n');
     }
 
-    fn chance(&mut self, probability: f64) -> bool {
-        self.numbers.unit() < probability
+    fn bernoulli(&mut self, probability: f64) -> bool {
+        self.numbers.uniform() < probability
     }
 
-    fn log_between(&mut self, low: f64, high: f64) -> f64 {
-        low * (high / low).powf(self.numbers.unit())
+    fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.numbers.uniform())
     }
 }

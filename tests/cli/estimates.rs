@@ -1,27 +1,27 @@
 //! Estimates: several cases at once, loss functions, priors, multi-start, profiles and posteriors.
 
-use super::{CASE, command, finish, say};
+use super::{CASE, command, run, wait_for};
 use crate::support::Scratch;
 use serde_json::Value;
 
 /// Write the case of these tests with one text replaced, and synthetic observations with known factors and 2 K noise.
-pub(super) fn observed(scratch: &Scratch, name: &str, (from, to): (&str, &str), seed: usize) {
+pub(super) fn write_synthetic_case(scratch: &Scratch, name: &str, (from, to): (&str, &str), seed: usize) {
     assert!(CASE.contains(from), "no {from:?} in the case");
     let file = format!("{name}/case.toml");
     scratch.write(&file, CASE.replacen(from, to, 1));
     let truth = format!("twin {name} --truth f_k=1.1,f_q=0.95 --noise 2K --seed {seed} --out {name}/measured.csv");
-    say(scratch, &truth).done();
+    run(scratch, &truth).succeeded();
     let text = scratch.read(&file) + "\n[observations]\nfile = \"measured.csv\"\nsigma = \"2 K\"\n";
     scratch.write(&file, text);
 }
 
-pub(super) const SAME: (&str, &str) = ("name = \"Two plies\"", "name = \"Two plies\"");
-const THICK: (&str, &str) = ("thickness = \"3 mm\"", "thickness = \"5 mm\"");
-const OTHER: (&str, &str) = ("material = \"pyrogel3350\"", "material = \"pyrogel2250\"");
+pub(super) const UNCHANGED: (&str, &str) = ("name = \"Two plies\"", "name = \"Two plies\"");
+const THICKER: (&str, &str) = ("thickness = \"3 mm\"", "thickness = \"5 mm\"");
+const OTHER_MATERIAL: (&str, &str) = ("material = \"pyrogel3350\"", "material = \"pyrogel2250\"");
 const ALL: &str = "--factors f_k,f_q --sensors TC1,TC2 --window 0:40 --json --quiet --force";
 
 fn estimated(scratch: &Scratch, cases: &str, options: &str) -> Value {
-    say(scratch, &format!("estimate {cases} {ALL} {options}")).done().json()
+    run(scratch, &format!("estimate {cases} {ALL} {options}")).succeeded().json()
 }
 
 #[track_caller]
@@ -33,8 +33,8 @@ pub(super) fn number(found: &Value, path: &str) -> f64 {
 #[test]
 fn a_joint_fit_of_two_layups_has_smaller_errors_of_shared_factors_than_either_alone() {
     let scratch = Scratch::new("together");
-    observed(&scratch, "thin", SAME, 1);
-    observed(&scratch, "thick", THICK, 2);
+    write_synthetic_case(&scratch, "thin", UNCHANGED, 1);
+    write_synthetic_case(&scratch, "thick", THICKER, 2);
     let [thin, thick, both] = ["thin", "thick", "thin thick"].map(|cases| estimated(&scratch, cases, ""));
     for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
         // The error for white noise, as the data have it: the estimated correlation differs between data sets.
@@ -57,9 +57,9 @@ fn a_joint_fit_of_two_layups_has_smaller_errors_of_shared_factors_than_either_al
 #[test]
 fn starts_that_agree_count_as_one_minimum_for_data_without_noise() {
     let scratch = Scratch::new("agreeing");
-    observed(&scratch, "noisy", SAME, 1);
+    write_synthetic_case(&scratch, "noisy", UNCHANGED, 1);
     scratch.write("c/case.toml", CASE);
-    say(&scratch, "twin c --truth f_k=1.1,f_q=0.95 --noise 0K --out c/measured.csv").done();
+    run(&scratch, "twin c --truth f_k=1.1,f_q=0.95 --noise 0K --out c/measured.csv").succeeded();
     let text = scratch.read("c/case.toml") + "\n[observations]\nfile = \"measured.csv\"\nsigma = \"2 K\"\n";
     scratch.write("c/case.toml", text);
     for case in ["c", "noisy"] {
@@ -71,8 +71,8 @@ fn starts_that_agree_count_as_one_minimum_for_data_without_noise() {
 #[test]
 fn factors_that_scale_different_materials_are_not_shared() {
     let scratch = Scratch::new("apart");
-    observed(&scratch, "aerogel", SAME, 1);
-    observed(&scratch, "blanket", OTHER, 2);
+    write_synthetic_case(&scratch, "aerogel", UNCHANGED, 1);
+    write_synthetic_case(&scratch, "blanket", OTHER_MATERIAL, 2);
     let found = estimated(&scratch, "aerogel blanket", "--start f_k@blanket=0.9 --profile f_k");
     let names: Vec<&String> = found["factors"].as_object().expect("factors").keys().collect();
     assert_eq!(names, ["f_k@aerogel", "f_k@blanket", "f_q"]);
@@ -84,7 +84,7 @@ fn factors_that_scale_different_materials_are_not_shared() {
 #[test]
 fn outliers_spoil_least_squares_and_not_a_robust_estimate() {
     let scratch = Scratch::new("robust");
-    observed(&scratch, "c", SAME, 3);
+    write_synthetic_case(&scratch, "c", UNCHANGED, 3);
     let spoiled = scratch.read("c/measured.csv");
     let lines = spoiled.lines().enumerate().map(|(row, line)| match line.rsplit_once(',') {
         Some((rest, kelvin)) if row % 8 == 7 => format!("{rest},{}", kelvin.parse::<f64>().expect("a number") + 60.0),
@@ -102,13 +102,14 @@ fn outliers_spoil_least_squares_and_not_a_robust_estimate() {
 #[test]
 fn a_prior_of_the_command_line_or_the_case_file_draws_the_estimate_to_it_and_narrows_it() {
     let scratch = Scratch::new("prior");
-    observed(&scratch, "c", SAME, 6);
+    write_synthetic_case(&scratch, "c", UNCHANGED, 6);
     let text = scratch.read("c/case.toml").replacen("[estimate]", "[estimate]\nprior = \"small\"", 1);
     scratch.write("d/case.toml", text);
     scratch.write("d/measured.csv", scratch.read("c/measured.csv"));
     // The first seconds contain little information.
-    let found =
-        |line: &str| say(&scratch, &format!("estimate {line} --sensors TC2 --window 0:4 --json --quiet")).done().json();
+    let found = |line: &str| {
+        run(&scratch, &format!("estimate {line} --sensors TC2 --window 0:4 --json --quiet")).succeeded().json()
+    };
     let (data, drawn) = (found("c"), found("c --prior small"));
     assert_eq!((&data["prior"], &drawn["prior"]), (&Value::Null, &"small".into()));
     let off = |found: &Value| (number(found, "factors.f_k.value") - 1.0).abs();
@@ -122,7 +123,7 @@ fn a_prior_of_the_command_line_or_the_case_file_draws_the_estimate_to_it_and_nar
 #[test]
 fn multi_start_and_the_step_control_of_the_paper_find_the_same_minimum() {
     let scratch = Scratch::new("starts");
-    observed(&scratch, "c", SAME, 4);
+    write_synthetic_case(&scratch, "c", UNCHANGED, 4);
     let one = estimated(&scratch, "c", "");
     let many = estimated(&scratch, "c", "--starts 6");
     assert_eq!(many["starts"], serde_json::json!({"requested": 6, "converged": 6, "at_estimate": 6}));
@@ -144,7 +145,7 @@ fn multi_start_and_the_step_control_of_the_paper_find_the_same_minimum() {
 #[test]
 fn the_profile_interval_of_a_nearly_linear_problem_is_the_linear_one() {
     let scratch = Scratch::new("profile");
-    observed(&scratch, "c", SAME, 5);
+    write_synthetic_case(&scratch, "c", UNCHANGED, 5);
     let found = estimated(&scratch, "c", "--profile f_k,f_q");
     for factor in ["f_k", "f_q"] {
         let linear = |end: &str| number(&found, &format!("factors.{factor}.{end}"));
@@ -163,15 +164,16 @@ fn the_profile_interval_of_a_nearly_linear_problem_is_the_linear_one() {
 #[test]
 fn a_posterior_is_the_same_on_any_number_of_threads_and_predicts_every_sensor() {
     let scratch = Scratch::new("posterior");
-    observed(&scratch, "thin", SAME, 1);
-    observed(&scratch, "thick", THICK, 2);
+    write_synthetic_case(&scratch, "thin", UNCHANGED, 1);
+    write_synthetic_case(&scratch, "thick", THICKER, 2);
     let options =
         "estimate thin thick --factors f_k,f_q --sensors TC2 --window 0:40 --prior small --loss huber --json --quiet";
     let options = format!("{options} --force --posterior --walkers 40 --mcmc-iterations 300");
     let sampled = |more: &str, threads: &str| {
         let words = format!("{options} {more}");
         let mut command = command(&scratch);
-        let found = finish(command.args(words.split_whitespace()).env("RAYON_NUM_THREADS", threads)).done().json();
+        let found =
+            wait_for(command.args(words.split_whitespace()).env("RAYON_NUM_THREADS", threads)).succeeded().json();
         (found, scratch.read("out/thin+thick/estimate/posterior.csv"))
     };
     let ((found, one), (_, two), (_, other)) = (sampled("", "1"), sampled("", "2"), sampled("--seed 2", "2"));
@@ -196,9 +198,11 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_predicts_every_sensor() 
     let page = scratch.read("out/thin+thick/estimate/report.html");
     assert!(page.contains("id=\"posterior\"") && page.contains("Posterior prediction of TC1 of thick"));
     assert!(estimated(&scratch, "thin", "").get("posterior").is_none());
-    say(&scratch, "estimate thin --walkers 50").ended(2).saying(&["--posterior"]);
-    say(&scratch, "estimate thin --posterior --walkers 3 --quiet").ended(2).saying(&["3 walkers", "at least 4"]);
-    say(&scratch, "estimate thin --posterior --mcmc-iterations 3")
-        .ended(2)
-        .saying(&["--mcmc-iterations 3", "10 at least"]);
+    run(&scratch, "estimate thin --walkers 50").exited_with(2).with_stderr(&["--posterior"]);
+    run(&scratch, "estimate thin --posterior --walkers 3 --quiet")
+        .exited_with(2)
+        .with_stderr(&["3 walkers", "at least 4"]);
+    run(&scratch, "estimate thin --posterior --mcmc-iterations 3")
+        .exited_with(2)
+        .with_stderr(&["--mcmc-iterations 3", "10 at least"]);
 }

@@ -1,11 +1,11 @@
 //! `--help`, completions, manual pages and old option names.
 
-use super::{CASE, OBSERVED, command, finish, say};
+use super::{CASE, OBSERVATIONS, command, run, wait_for};
 use crate::support::{Scratch, root};
 
 /// A command and all subcommands under it, with their help.
 fn helps(scratch: &Scratch, words: &str) -> Vec<(String, String)> {
-    let text = say(scratch, &format!("{words} --help")).done().stdout;
+    let text = run(scratch, &format!("{words} --help")).succeeded().stdout;
     let listed = text.split_once("\nCommands:\n").map_or("", |(_, rest)| rest);
     let listed = listed.split_once("\n\n").map_or("", |(list, _)| list);
     let names = listed.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
@@ -54,7 +54,7 @@ fn every_example_of_every_help_runs() {
             // The output goes to standard output here, as there is no shell.
             let line = line.split(" > ").next().expect("a command");
             let words = words(&line.replace("cases/", &cases));
-            let ran = finish(command(&scratch).args(&words[1..]));
+            let ran = wait_for(command(&scratch).args(&words[1..]));
             assert_eq!(ran.code, 0, "{line}:\n{}", ran.stderr);
             count += 1;
         }
@@ -80,14 +80,14 @@ fn completions_and_manual_pages_cover_every_subcommand() {
     let names: Vec<String> = helps(&scratch, "").into_iter().map(|(name, _)| name).collect();
     assert!(names.contains(&"materials show".to_owned()), "{names:?}");
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = say(&scratch, &format!("completions {shell}")).done().stdout;
+        let script = run(&scratch, &format!("completions {shell}")).succeeded().stdout;
         for word in names.iter().flat_map(|name| name.split(' ')) {
             assert!(script.contains(word), "{shell}: no {word}");
         }
         assert!(script.contains("max-iterations"), "{shell}: no options");
     }
-    say(&scratch, "completions tcsh").ended(2);
-    say(&scratch, "man pages").done();
+    run(&scratch, "completions tcsh").exited_with(2);
+    run(&scratch, "man pages").succeeded();
     for name in &names {
         let file = format!("pages/bondline {name}").trim_end().replace(' ', "-");
         let page = scratch.read(&format!("{file}.1"));
@@ -99,8 +99,8 @@ fn completions_and_manual_pages_cover_every_subcommand() {
 #[test]
 fn old_option_names_do_what_the_new_ones_do_and_say_so() {
     let scratch = Scratch::new("renamed");
-    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
-    scratch.write("d/case.toml", CASE.to_owned() + OBSERVED);
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);
+    scratch.write("d/case.toml", CASE.to_owned() + OBSERVATIONS);
     for (old, new, line) in [
         ("--beside", "--compare", "estimate c --beside d"),
         (
@@ -114,8 +114,8 @@ fn old_option_names_do_what_the_new_ones_do_and_say_so() {
         ("--seek", "--quantity", "history c --knots 0 --smoothing 1 --seek flux"),
         ("--spread", "--sampling-bounds", "uncertainty c -n 20 --spread large"),
     ] {
-        let named_old = say(&scratch, &format!("{line} --json --quiet"));
-        let named_new = say(&scratch, &format!("{} --json --quiet", line.replace(old, new))).done();
+        let named_old = run(&scratch, &format!("{line} --json --quiet"));
+        let named_new = run(&scratch, &format!("{} --json --quiet", line.replace(old, new))).succeeded();
         let note = format!("note: {old} is now {new}; the old name will go with version 0.2\n");
         assert_eq!((named_old.code, named_old.stderr.as_str()), (0, note.as_str()), "{line}");
         let without_time = |text: &str| {

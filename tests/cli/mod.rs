@@ -1,17 +1,17 @@
 //! The built binary: its output, files and exit codes.
 
-mod asked; // sizing and coverage studies; independence of the number of threads
+mod data_selection; // windows and standard deviations of single thermocouples
+mod devices; // devices, missing backends, materials, verification
 mod estimates; // several cases, losses, priors, multi-start, profiles, posterior
-mod faults; // exit code 2: errors with their location, nothing written
 mod help; // examples, completions, manual pages, old option names
 mod history; // inverse heat conduction: output, numbers, a file that a case reads
 mod init; // templates
-mod machines; // devices, missing backends, materials, verification
-mod observations; // committed synthetic observations against regenerated ones
-mod pieces; // parts of a sweep and their merging; bounded memory
-mod questions; // predict, uncertainty, sensitivity, estimate, study, twin
-mod trusted; // windows and standard deviations of single thermocouples
-mod unused; // options and keys without effect
+mod input_errors; // exit code 2: errors with their location, nothing written
+mod merge; // parts of a sweep and their merging; bounded memory
+mod options_without_effect;
+mod sizing_and_coverage; // sizing and coverage studies; independence of the number of threads
+mod studies; // predict, uncertainty, sensitivity, estimate, study, twin
+mod synthetic_observations; // committed synthetic observations against regenerated ones // options and keys without effect
 
 use crate::support::Scratch;
 use std::ffi::OsStr;
@@ -69,39 +69,39 @@ every = "1 s"
 "#;
 
 /// Observations to append to the case: few, and far from its prediction.
-pub(crate) const OBSERVED: &str = r#"
+pub(crate) const OBSERVATIONS: &str = r#"
 [observations]
 sigma = "2 K"
 TC2 = [["0 s", "300 K"], ["10 s", "320 K"], ["20 s", "420 K"], ["30 s", "500 K"]]
 "#;
 
 /// The case with an insulator that decomposes.
-pub(crate) fn charring() -> String {
+pub(crate) fn decomposing_case() -> String {
     "decomposition = true\n".to_owned() + CASE
 }
 
 /// Exit code and output of a run of the binary.
-pub(crate) struct Ran {
+pub(crate) struct CommandResult {
     pub(crate) code: i32,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
 }
 
 /// Run the binary in a folder.
-fn bondline<S: AsRef<OsStr>>(scratch: &Scratch, arguments: &[S]) -> Ran {
-    finish(command(scratch).args(arguments))
+fn run_args<S: AsRef<OsStr>>(scratch: &Scratch, arguments: &[S]) -> CommandResult {
+    wait_for(command(scratch).args(arguments))
 }
 
 /// Run the binary in a folder with arguments separated by blanks.
-pub(crate) fn say(scratch: &Scratch, words: &str) -> Ran {
-    bondline(scratch, &words.split_whitespace().collect::<Vec<_>>())
+pub(crate) fn run(scratch: &Scratch, words: &str) -> CommandResult {
+    run_args(scratch, &words.split_whitespace().collect::<Vec<_>>())
 }
 
 /// Run the binary where no Vulkan driver can be found.
-fn say_without_driver(scratch: &Scratch, words: &str) -> Ran {
+fn run_without_vulkan(scratch: &Scratch, words: &str) -> CommandResult {
     let mut command = command(scratch);
     command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
-    finish(command.args(words.split_whitespace()))
+    wait_for(command.args(words.split_whitespace()))
 }
 
 /// The binary in a folder. Without a runtime folder, Mesa would print a warning to standard error.
@@ -111,28 +111,28 @@ fn command(scratch: &Scratch) -> Command {
     command
 }
 
-fn finish(command: &mut Command) -> Ran {
+fn wait_for(command: &mut Command) -> CommandResult {
     let Output { status, stdout, stderr } = command.output().expect("the binary starts");
     let text = |bytes| String::from_utf8(bytes).expect("text in UTF-8");
-    Ran { code: status.code().expect("it ends by itself"), stdout: text(stdout), stderr: text(stderr) }
+    CommandResult { code: status.code().expect("it ends by itself"), stdout: text(stdout), stderr: text(stderr) }
 }
 
-impl Ran {
+impl CommandResult {
     /// Expect exit code 0.
     #[track_caller]
-    pub(crate) fn done(self) -> Self {
-        self.ended(0)
+    pub(crate) fn succeeded(self) -> Self {
+        self.exited_with(0)
     }
 
     #[track_caller]
-    fn ended(self, code: i32) -> Self {
+    fn exited_with(self, code: i32) -> Self {
         assert_eq!(self.code, code, "standard output:\n{}\nstandard error:\n{}", self.stdout, self.stderr);
         self
     }
 
     /// Expect each of these texts on standard error.
     #[track_caller]
-    fn saying(self, fragments: &[&str]) -> Self {
+    fn with_stderr(self, fragments: &[&str]) -> Self {
         for fragment in fragments {
             assert!(self.stderr.contains(fragment), "no {fragment:?} in:\n{}", self.stderr);
         }

@@ -21,16 +21,16 @@ pub(super) const PROPERTIES: [(Property, &str); 18] = [
     (Property::Density, "density"),
     (Property::Emissivity, "emissivity"),
     (Property::Thickness, "thickness"),
-    (Property::Kinetics, "kinetics"),
+    (Property::PreExponential, "kinetics"),
     (Property::ActivationEnergy, "activation_energy"),
     (Property::PyrolysisHeat, "pyrolysis_heat"),
     (Property::CharYield, "char_yield"),
     (Property::Permeability, "permeability"),
     (Property::Heating, "heating"),
-    (Property::Contact, "contact"),
-    (Property::Loss, "loss"),
-    (Property::Holder, "holder"),
-    (Property::Depth, "depth"),
+    (Property::ContactConductance, "contact"),
+    (Property::BackFaceLoss, "loss"),
+    (Property::HolderLoss, "holder"),
+    (Property::SensorDepth, "depth"),
 ];
 
 /// Index of a property in [`PROPERTIES`]; the match is exhaustive, so a new property fails to compile until it is
@@ -45,16 +45,16 @@ pub(super) fn place(property: Property) -> usize {
         Property::Density => 5,
         Property::Emissivity => 6,
         Property::Thickness => 7,
-        Property::Kinetics => 8,
+        Property::PreExponential => 8,
         Property::ActivationEnergy => 9,
         Property::PyrolysisHeat => 10,
         Property::CharYield => 11,
         Property::Permeability => 12,
         Property::Heating => 13,
-        Property::Contact => 14,
-        Property::Loss => 15,
-        Property::Holder => 16,
-        Property::Depth => 17,
+        Property::ContactConductance => 14,
+        Property::BackFaceLoss => 15,
+        Property::HolderLoss => 16,
+        Property::SensorDepth => 17,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Terminations of difficult minimisations.
 
 use super::{exact, free, minimum};
-use bondline::fit::{LeastSquares, Options, Rules, Tangent, Termination, certainty, minimize};
+use bondline::fit::{DampingStrategy, LeastSquares, Options, Tangent, Termination, covariance_summary, minimize};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
@@ -43,14 +43,18 @@ impl LeastSquares for Blind {
 
 #[test]
 fn a_lower_point_without_finite_derivatives_is_rejected_for_a_shorter_step() {
-    let paper =
-        Rules::Paper { damping: 1e-3, tolerance_objective: 1e-20, tolerance_slope: 1e-12, tolerance_step: 1e-12 };
-    for rules in [Rules::Radius, paper] {
-        let options = Options { rules, trials: 1, ..exact() };
+    let paper = DampingStrategy::Paper {
+        initial_damping: 1e-3,
+        tolerance_objective: 1e-20,
+        tolerance_gradient: 1e-12,
+        tolerance_step: 1e-12,
+    };
+    for rules in [DampingStrategy::TrustRegion, paper] {
+        let options = Options { damping_strategy: rules, trials: 1, ..exact() };
         let Ok(fit) = minimize(&mut Blind, &DVector::from_element(1, 3.2), &options);
         assert!(fit.termination.converged(), "{rules:?}: {}", fit.termination);
         assert!((fit.point[0] - 2.0).abs() < 1e-9 && fit.path.iter().all(|iterate| iterate.point[0] >= 1.5));
-        assert!(fit.tangents > fit.path.len(), "{rules:?}: expected a failed derivative");
+        assert!(fit.tangent_evaluations > fit.path.len(), "{rules:?}: expected a failed derivative");
     }
 }
 
@@ -73,8 +77,8 @@ fn an_optimal_start_is_recognised_without_a_step() {
 #[test]
 fn the_iteration_limit_is_reported() {
     let rosenbrock = |x: &[f64]| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]];
-    let fit = minimum(rosenbrock, &[-1.2, 1.0], &free(2), &Options { patience: 3, ..exact() });
-    assert_eq!(fit.termination, Termination::OutOfPatience);
+    let fit = minimum(rosenbrock, &[-1.2, 1.0], &free(2), &Options { max_iterations: 3, ..exact() });
+    assert_eq!(fit.termination, Termination::MaxIterations);
     assert!(fit.path.len() <= 4);
 }
 
@@ -116,7 +120,7 @@ fn an_undetermined_direction_causes_no_drift_along_the_valley() {
     let fit = minimum(product, &[1.0, 1.0], &[(0.5, 1.5), (0.5, 1.5)], &Options::default());
     assert!(fit.termination.converged(), "{}", fit.termination);
     assert!((fit.point[0] - fit.point[1]).abs() < 1e-3, "{}", fit.point);
-    let found = certainty(&fit.jacobian, 1.0);
+    let found = covariance_summary(&fit.jacobian, 1.0);
     assert!(found.rank == 1 && found.correlation[(0, 1)] < -0.999);
 }
 

@@ -3,7 +3,7 @@
 use super::exact;
 use crate::support::Uniform;
 use bondline::fit::interval::{residual_variance, student_95};
-use bondline::fit::{Fit, LinearizedPosterior, NoiseProcess, certainty, minimize};
+use bondline::fit::{Fit, LinearizedPosterior, NoiseProcess, covariance_summary, minimize};
 use nalgebra::DVector;
 
 const SAMPLES: usize = 81;
@@ -61,7 +61,7 @@ fn by_noise_model(fit: &Fit) -> Vec<f64> {
 
 fn as_if_independent(fit: &Fit) -> Vec<f64> {
     let variance = residual_variance(fit.objective, SAMPLES, 3);
-    let errors = certainty(&fit.jacobian, variance).standard_errors;
+    let errors = covariance_summary(&fit.jacobian, variance).standard_errors;
     errors.iter().map(|error| student_95((SAMPLES - 3) as f64) * error).collect()
 }
 

@@ -36,7 +36,7 @@ impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquares for Problem<F> {
 /// error, which balances it against the truncation error of a central difference.
 fn exact() -> Options {
     Options {
-        patience: 200,
+        max_iterations: 200,
         tolerance_reduction: 1e-14,
         tolerance_gradient: 1e-10,
         tolerance_step: 1e-9,

@@ -5,8 +5,8 @@ use super::{Problem, exact};
 use crate::support::{EMCEE_QUANTILES, SALIB_INDEX, SCIPY_OPTIMUM, case, text};
 use bondline::case::{Bounds, Factor, LossFunction};
 use bondline::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
-use bondline::fit::{LeastSquares, Loss, Prior, Robust, WithPriors, minimize, walk};
-use bondline::study::statistics::Tally;
+use bondline::fit::{LeastSquares, Prior, RobustLoss, RobustProblem, WithPriors, ensemble_mcmc, minimize};
+use bondline::study::statistics::Accumulator;
 use nalgebra::{DMatrix, DVector};
 
 /// The cells of all reference rows of a kind.
@@ -50,11 +50,13 @@ fn optima_for_every_loss_with_priors_and_on_a_bound_match_scipy() {
         let optimum_found = match cells[0].as_str() {
             "prior" => optimum(WithPriors { problem: plate(1.5), priors: priors(0.05) }),
             "bound" => optimum(plate(0.85)),
-            loss => optimum(Robust { problem: plate(1.5), loss: LossFunction::named(loss).expect("a loss").into() }),
+            loss => {
+                optimum(RobustProblem { problem: plate(1.5), loss: LossFunction::parse(loss).expect("a loss").into() })
+            }
         };
         let error = |to: &[f64]| optimum_found.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error(&numbers(&cells[1..])) < SCIPY_OPTIMUM, "{}: {optimum_found:?} for {cells:?}", cells[0]);
-        let other = optimum(Robust { problem: plate(1.5), loss: Loss::Huber { width: 1.0 } });
+        let other = optimum(RobustProblem { problem: plate(1.5), loss: RobustLoss::Huber { width: 1.0 } });
         let difference = other.iter().zip(numbers(&cells[1..])).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(difference > SCIPY_OPTIMUM, "{}: another loss would pass", cells[0]);
     }
@@ -63,13 +65,13 @@ fn optima_for_every_loss_with_priors_and_on_a_bound_match_scipy() {
 /// Quantiles of the posterior, factor × probability.
 fn quantiles<P: LeastSquares>(mut problem: P) -> Vec<[f64; 3]> {
     let starts = DMatrix::from_fn(2, 200, |j, walker| 1.0 + 0.0002 * (walker * (j + 1) % 200) as f64 - 0.02);
-    let Ok(posterior) = walk(&mut problem, &starts, 1500, 5) else { panic!("residuals are infallible") };
+    let Ok(posterior) = ensemble_mcmc(&mut problem, &starts, 1500, 5) else { panic!("residuals are infallible") };
     let quantiles = |trail: &Vec<f64>| {
         let mut draws = trail[300 * posterior.walkers..].to_vec();
         draws.sort_by(f64::total_cmp);
         [0.025, 0.5, 0.975].map(|probability| draws[(probability * draws.len() as f64) as usize])
     };
-    posterior.trails.iter().map(quantiles).collect()
+    posterior.chains.iter().map(quantiles).collect()
 }
 
 #[test]
@@ -103,13 +105,13 @@ fn sobol_indices_of_a_sweep_match_salib() {
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 1 };
     let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, MEMBERS);
     let marginals = RANGES.map(|range| Marginal::new(1.0, range, SamplingKind::Uniform));
-    let mut tally = Tally::new(&[300.0], &marginals);
+    let mut tally = Accumulator::new(&[300.0], &marginals);
     for member in 0..MEMBERS {
         let factors = ensemble.member(member);
         let kelvin = 300.0 * factors[2] + 200.0 * factors[0] * (1.0 - (-factors[1]).exp());
         tally.add(&[kelvin], &factors);
     }
-    let found = tally.causes(true).remove(0);
+    let found = tally.sensitivity_indices(true).remove(0);
     for (factor, cells) in reference.iter().enumerate() {
         let [first, total] = [&cells[1], &cells[2]].map(|cell| cell.parse::<f64>().expect("a number"));
         assert!((found.first[factor].value - first).abs() < SALIB_INDEX, "{:?}, not {first}", found.first[factor]);

@@ -1,16 +1,18 @@
 //! Robust losses and priors through the public interface.
 
 use super::exact;
-use crate::support::{case, changed};
-use bondline::case::{Bounds, Case, Estimate, LossFunction};
+use crate::support::{case, modified};
+use bondline::adapt::adapt;
+use bondline::case::{Bounds, Case, EstimationSettings, LossFunction};
 use bondline::fit::interval::residual_variance;
-use bondline::fit::{Fit, LeastSquares, Loss, Options, Prior, Robust, Tangent, WithPriors, certainty, minimize};
+use bondline::fit::{
+    Fit, LeastSquares, Options, Prior, RobustLoss, RobustProblem, Tangent, WithPriors, covariance_summary, minimize,
+};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
-use bondline::march::extrapolated::Extrapolated;
-use bondline::pilot::pilot;
-use bondline::study::estimate::{Search, estimate};
-use bondline::verify::least_squares::{Asked, Known, nist};
+use bondline::march::richardson::RichardsonMarch;
+use bondline::study::estimate::{SearchOptions, estimate};
+use bondline::verify::least_squares::{CountedProblem, TestProblem, nist_strd};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
@@ -49,14 +51,14 @@ fn readings(bits: &mut u64, outliers: bool) -> Vec<f64> {
     (0..60).map(&mut reading).collect()
 }
 
-fn robust(readings: Vec<f64>, loss: Loss) -> Fit {
-    let mut problem = Robust { problem: Line(readings), loss };
+fn robust(readings: Vec<f64>, loss: RobustLoss) -> Fit {
+    let mut problem = RobustProblem { problem: Line(readings), loss };
     let Ok(fit) = minimize(&mut problem, &DVector::from_vec(vec![1.0, 1.0]), &exact());
     assert!(fit.termination.converged(), "{}", fit.termination);
     fit
 }
 
-const LOSSES: [Loss; 2] = [Loss::SoftL1 { width: 1.0 }, Loss::Huber { width: 1.345 }];
+const LOSSES: [RobustLoss; 2] = [RobustLoss::SoftL1 { width: 1.0 }, RobustLoss::Huber { width: 1.345 }];
 
 #[test]
 fn outliers_bias_least_squares_but_not_a_robust_fit() {
@@ -80,11 +82,11 @@ fn robust_standard_errors_equal_the_scatter_of_the_estimates() {
             let (mut offsets, mut stated, mut uncorrected) = (Vec::new(), 0.0, 0.0);
             for _ in 0..400 {
                 let fit = robust(readings(&mut bits, outliers), loss);
-                let untransformed = loss.straightened(&fit.residuals, &fit.jacobian);
+                let untransformed = loss.untransformed(&fit.residuals, &fit.jacobian);
                 let variance = loss.variance(&untransformed.residuals, 2.0);
-                stated += certainty(&untransformed.jacobian, variance).standard_errors[0] / 400.0;
+                stated += covariance_summary(&untransformed.jacobian, variance).standard_errors[0] / 400.0;
                 let variance = residual_variance(fit.objective, fit.residuals.len(), 2);
-                uncorrected += certainty(&fit.jacobian, variance).standard_errors[0] / 400.0;
+                uncorrected += covariance_summary(&fit.jacobian, variance).standard_errors[0] / 400.0;
                 offsets.push(fit.point[0]);
             }
             let scatter = DVector::from_vec(offsets).variance().sqrt();
@@ -102,7 +104,7 @@ fn a_narrow_prior_determines_its_variable() {
     let mut bits = 11;
     let readings: Vec<f64> = readings(&mut bits, false);
     let prior = Prior { variable: 1, mean: -3.0, deviation: 1e-3 };
-    let inner = Robust { problem: Line(readings), loss: Loss::Huber { width: 1.345 } };
+    let inner = RobustProblem { problem: Line(readings), loss: RobustLoss::Huber { width: 1.345 } };
     let mut problem = WithPriors { problem: inner, priors: vec![prior] };
     let Ok(fit) = minimize(&mut problem, &DVector::from_vec(vec![1.0, 1.0]), &exact());
     assert!(fit.termination.converged(), "{}", fit.termination);
@@ -111,7 +113,7 @@ fn a_narrow_prior_determines_its_variable() {
 
 /// A NIST problem with some outliers.
 struct Contaminated<'a> {
-    counted: Asked<'a>,
+    counted: CountedProblem<'a>,
     off: DVector<f64>,
 }
 
@@ -156,15 +158,18 @@ impl<P: LeastSquares> LeastSquares for Unweighted<P> {
 
 /// One observation in `every` is `sigmas` standard deviations too low.
 fn contaminated(
-    test_problem: &Known,
+    test_problem: &TestProblem,
     (sigmas, every): (f64, usize),
     deviation: f64,
-    loss: Loss,
-) -> Robust<Contaminated<'_>> {
+    loss: RobustLoss,
+) -> RobustProblem<Contaminated<'_>> {
     let observations = test_problem.residuals(&test_problem.starts[0]).len();
     let off = |i: usize, _| if i % every == every / 2 { sigmas * deviation } else { 0.0 };
-    Robust {
-        problem: Contaminated { counted: Asked::new(test_problem, true), off: DVector::from_fn(observations, off) },
+    RobustProblem {
+        problem: Contaminated {
+            counted: CountedProblem::new(test_problem, true),
+            off: DVector::from_fn(observations, off),
+        },
         loss,
     }
 }
@@ -178,7 +183,7 @@ fn robust_fits_with_outliers_converge_in_twenty_iterations_to_the_reference_mini
         "Rat43",
     ];
     let reference = Options {
-        patience: 5000,
+        max_iterations: 5000,
         tolerance_reduction: 1e-15,
         tolerance_gradient: 1e-12,
         tolerance_step: 1e-13,
@@ -186,14 +191,14 @@ fn robust_fits_with_outliers_converge_in_twenty_iterations_to_the_reference_mini
         ..Options::default()
     };
     let (mut fits, mut slow) = (0, 0);
-    for test_problem in nist().iter().filter(|test_problem| SETS.contains(&test_problem.name.as_str())) {
+    for test_problem in nist_strd().iter().filter(|test_problem| SETS.contains(&test_problem.name.as_str())) {
         let start = DVector::from_row_slice(test_problem.starts.last().expect("two starts"));
         let observations = test_problem.residuals(&test_problem.starts[0]).len();
         let deviation = (test_problem.minima[0] / observations as f64).sqrt();
         for outliers in [(10.0, 7), (40.0, 4), (100.0, 3)] {
             for widths in [[1.345, 1.0], [0.2, 0.1]] {
                 let [huber, soft] = widths.map(|width| width * deviation);
-                for loss in [Loss::Huber { width: huber }, Loss::SoftL1 { width: soft }] {
+                for loss in [RobustLoss::Huber { width: huber }, RobustLoss::SoftL1 { width: soft }] {
                     let problem = || contaminated(test_problem, outliers, deviation, loss);
                     let Ok(fit) = minimize(&mut problem(), &start, &Options::default());
                     let Ok(least) = minimize(&mut Unweighted(problem()), &start, &reference);
@@ -201,7 +206,7 @@ fn robust_fits_with_outliers_converge_in_twenty_iterations_to_the_reference_mini
                     assert!(fit.termination.converged() && fit.path.len() - 1 <= 20, "{label} in {}", fit.path.len());
                     let excess = fit.objective / least.objective - 1.0;
                     assert!(excess < 1e-8, "{label}: S is {excess:e} above the minimum");
-                    let many = Options { patience: 300, ..Options::default() };
+                    let many = Options { max_iterations: 300, ..Options::default() };
                     let Ok(unweighted) = minimize(&mut Unweighted(problem()), &start, &many);
                     slow += usize::from(unweighted.path.len() - 1 > 20);
                     fits += 1;
@@ -221,11 +226,11 @@ fn a_case_with_large_model_error_converges_in_twenty_iterations_for_every_loss()
         (LossFunction::SoftL1 { width: 2.0 }, Some(Bounds::Small)),
         (LossFunction::SoftL1 { width: 1.0 }, None),
     ];
-    let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
+    let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
     let mut fitted = |case: &Case| {
-        let plan = pilot(case).expect("a plan");
+        let plan = adapt(case).expect("a plan");
         let profiles = case.estimate().prior.map(|_| "f_k_INS".to_owned()).into_iter().collect();
-        let search = Search { landscape: false, profiles, ..Search::of(Precision::F64) };
+        let search = SearchOptions { landscape: false, profiles, ..SearchOptions::for_precision(Precision::F64) };
         estimate(&[(case, &plan)], &mut march, &search).expect("an estimate")
     };
     for (loss, prior) in losses {
@@ -235,11 +240,17 @@ fn a_case_with_large_model_error_converges_in_twenty_iterations_for_every_loss()
         let insulator = factor("f_k_INS");
         let (sensors, factors) = (["TC3", "TC4"].map(sensor).to_vec(), vec![factor("f_k_OF"), insulator]);
         let window_s = Some((0.0, 200.0));
-        let estimate = Estimate { factors, sensors, window_s, start: Vec::new(), bounds: Bounds::Large, loss, prior };
-        let case = changed(&case, |case| case.estimate = estimate);
+        let estimate =
+            EstimationSettings { factors, sensors, window_s, start: Vec::new(), bounds: Bounds::Large, loss, prior };
+        let case = modified(&case, |case| case.estimate = estimate);
         let found = fitted(&case);
-        let loss = Loss::from(loss);
-        assert!(found.converged && found.path.len() - 1 <= 20, "{loss}: {} in {}", found.termination, found.path.len());
+        let loss = RobustLoss::from(loss);
+        assert!(
+            found.converged && found.iterations.len() - 1 <= 20,
+            "{loss}: {} in {}",
+            found.termination,
+            found.iterations.len()
+        );
         // No neighbour along the other factor has a lower S. With data alone this is checked by fits with that factor
         // nearly fixed, with priors by the profile, since there each fit has its own scale.
         if prior.is_some() {
@@ -251,13 +262,13 @@ fn a_case_with_large_model_error_converges_in_twenty_iterations_for_every_loss()
         assert_eq!(found.values[0], 0.5, "{loss}: on its bound");
         for neighbour in [0.995, 1.005] {
             let value = neighbour * found.values[1];
-            let held = changed(&case, |case| {
+            let held = modified(&case, |case| {
                 // Bounds of finite width.
                 let narrow = (value, value * (1.0 + 1e-9));
                 let factor = &mut case.factors[insulator];
                 (factor.nominal, factor.small, factor.large) = (value, narrow, narrow);
             });
-            let rise = fitted(&held).ends[0].objective - found.ends[0].objective;
+            let rise = fitted(&held).start_results[0].objective - found.start_results[0].objective;
             assert!(rise > 0.0, "{loss}: S is lower by {} at {neighbour} of the estimate", -rise);
         }
     }

@@ -1,8 +1,12 @@
 //! Holder, density with extinction, contact factors, sensor sides and depth factors.
 
-use crate::support::differing;
-use crate::support::{BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, changed, coarse, drawn, schedule, with_factor};
-use bondline::case::{Case, Conductivity, Estimate, Face, Holder, Material, Property, Resolution, Side, Table};
+use crate::support::count_differences;
+use crate::support::{
+    BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, coarse, modified, nominal_and_random, schedule, with_factor,
+};
+use bondline::case::{
+    Case, Conductivity, EstimationSettings, Face, Holder, Material, Property, Resolution, Side, Table,
+};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::Gpu;
@@ -15,18 +19,23 @@ use std::sync::Arc;
 
 /// The layup of `coarse` with a warming holder that takes a good part of the heat.
 fn with_holder() -> Case {
-    let case = changed(&coarse(), |case| {
+    let case = modified(&coarse(), |case| {
         let temperature_k = schedule(&[0.0, 30.0, 200.0], &[300.0, 340.0, 310.0]);
         case.exposure.holder = Some(Holder { conductance_w_m3_k: 20e3, temperature_k });
         case.sensors[1].side = Side::Above;
     });
-    let more = [("OF2", Property::Contact), ("", Property::Holder), ("TC2", Property::Depth), ("TC3", Property::Depth)];
+    let more = [
+        ("OF2", Property::ContactConductance),
+        ("", Property::HolderLoss),
+        ("TC2", Property::SensorDepth),
+        ("TC3", Property::SensorDepth),
+    ];
     more.into_iter().fold(case, |case, (group, property)| with_factor(&case, group, property))
 }
 
 /// The same with a held hot face.
 pub(crate) fn with_holder_and_held_face() -> Case {
-    changed(&with_holder(), |case| {
+    modified(&with_holder(), |case| {
         case.factors.retain(|factor| ![Property::Heating, Property::Emissivity].contains(&factor.property));
         case.estimate.factors.clear();
         case.exposure.hot_face = Face::Held(schedule(&[0.0, 40.0, 200.0], &[300.0, 1500.0, 500.0]));
@@ -34,7 +43,7 @@ pub(crate) fn with_holder_and_held_face() -> Case {
 }
 
 fn traces_of(march: &mut dyn March, case: &Case) -> Traces {
-    let ensemble = drawn(case, 5);
+    let ensemble = nominal_and_random(case, 5);
     march.march(&Plan::new(case), &ensemble, 0..ensemble.len()).expect("the march does not fail")
 }
 
@@ -51,12 +60,16 @@ fn holder_side_and_depth_factors_are_bit_identical_on_gpu_and_processor() {
     for case in [with_holder(), with_holder_and_held_face()] {
         let on_device = traces_of(&mut gpu, &case);
         let single = traces_of(&mut Cpu::new(Precision::F32), &case);
-        assert_eq!(differing(&on_device, &single), 0);
-        let warmer = changed(&case, |case| {
+        assert_eq!(count_differences(&on_device, &single), 0);
+        let warmer = modified(&case, |case| {
             let holder = case.exposure.holder.as_mut().expect("there is one");
             holder.temperature_k = schedule(&[0.0, 30.0, 200.0], &[300.0, 340.001, 310.0]);
         });
-        assert_ne!(differing(&on_device, &traces_of(&mut Cpu::new(Precision::F32), &warmer)), 0, "negative control");
+        assert_ne!(
+            count_differences(&on_device, &traces_of(&mut Cpu::new(Precision::F32), &warmer)),
+            0,
+            "negative control"
+        );
         let off_k = largest_difference_k(&single, &traces_of(&mut Cpu::new(Precision::F64), &case));
         assert!(off_k <= SINGLE_K, "{off_k:.1e} K");
     }
@@ -66,8 +79,8 @@ fn holder_side_and_depth_factors_are_bit_identical_on_gpu_and_processor() {
 fn the_energy_balance_includes_the_holder_and_closes_at_second_order() {
     for case in [with_holder(), with_holder_and_held_face()] {
         let residuals = [1, 2].map(|cuts| {
-            let ensemble = drawn(&case, 1);
-            let traces = Cpu::new(Precision::F64).march(&Plan::finer(&case, 1, cuts), &ensemble, 0..1);
+            let ensemble = nominal_and_random(&case, 1);
+            let traces = Cpu::new(Precision::F64).march(&Plan::with_refinement(&case, 1, cuts), &ensemble, 0..1);
             let balance = traces.expect("the processor does not fail").balances[0];
             assert!(balance.holder_out_j_m2 > 0.1 * balance.hot_in_j_m2, "{balance:?}");
             assert!(balance.holder_in_j_m2 > 0.0, "the holder warms the back at first: {balance:?}");
@@ -85,7 +98,7 @@ fn the_energy_balance_includes_the_holder_and_closes_at_second_order() {
 #[test]
 fn a_higher_holder_conductance_lowers_every_peak() {
     let peaks = [0.5, 1.0, 2.0].map(|scale| {
-        let case = changed(&with_holder(), |case| {
+        let case = modified(&with_holder(), |case| {
             case.exposure.holder.as_mut().expect("there is one").conductance_w_m3_k *= scale;
         });
         let traces = traces_of(&mut Cpu::new(Precision::F64), &case);
@@ -102,12 +115,14 @@ fn a_higher_holder_conductance_lowers_every_peak() {
 /// constant.
 fn with_extinction(by_mass: bool) -> Case {
     let kept = [Property::HeatCapacity, Property::Density];
-    let case = changed(&coarse(), |case| {
+    let case = modified(&coarse(), |case| {
         case.factors.retain(|factor| factor.group == "INS" && kept.contains(&factor.property));
         case.estimate.factors.clear();
         for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
             let material = Arc::make_mut(&mut ply.material);
-            let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("{} has no parts", material.id) };
+            let Conductivity::ThreePart(parts) = &mut material.conductivity else {
+                panic!("{} has no parts", material.id)
+            };
             assert!(parts.extinction_follows_density, "{} states its extinction by mass", material.id);
             parts.extinction_follows_density = by_mass;
         }
@@ -121,7 +136,7 @@ fn density_is_identifiable_apart_from_heat_capacity_only_if_extinction_follows_i
     let [by_mass, fixed] = [true, false].map(|by_mass| {
         let case = with_extinction(by_mass);
         let plan = Plan::new(&case);
-        assert_eq!(plan.parts, 1 + usize::from(by_mass), "no extra column where extinction is constant");
+        assert_eq!(plan.conductivity_parts, 1 + usize::from(by_mass), "no extra column where extinction is constant");
         for (ply, row) in case.layup().plies.iter().zip(&plan.plies) {
             let parts = 1 + u32::from(by_mass && ply.group == "INS");
             assert_eq!(row.parts, parts, "{}: no extra column where extinction is constant", ply.name);
@@ -137,11 +152,11 @@ fn density_is_identifiable_apart_from_heat_capacity_only_if_extinction_follows_i
 #[test]
 fn a_density_factor_equals_a_denser_and_more_opaque_material() {
     let denser = with_extinction(true);
-    let opaquer = changed(&denser, |case| {
+    let opaquer = modified(&denser, |case| {
         for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
             let material = Arc::make_mut(&mut ply.material);
             material.density_kg_m3 *= 1.1;
-            let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("it has parts") };
+            let Conductivity::ThreePart(parts) = &mut material.conductivity else { panic!("it has parts") };
             parts.extinction_1_m = parts.extinction_1_m.map(|extinction| 1.1 * extinction);
         }
     });
@@ -150,10 +165,15 @@ fn a_density_factor_equals_a_denser_and_more_opaque_material() {
         let row = (0..2).map(|factor| if factor == place { density } else { 1.0 }).collect();
         // The grid of nominal factors, which the changed rows do not move.
         let mut plan = Plan::new(&denser);
-        plan.rows.bulks = Plan::new(case).rows.bulks;
-        plan.rows.tables = Plan::new(case).rows.tables;
-        plan.conductions.iter_mut().filter(|_| !extinction_follows).for_each(|conduction| conduction.extinction = 0);
-        Cpu::new(Precision::F64).march(&plan, &Ensemble::at(2, row), 0..1).expect("the processor does not fail")
+        plan.data.bulk_properties = Plan::new(case).data.bulk_properties;
+        plan.data.tables = Plan::new(case).data.tables;
+        plan.conductivity_columns
+            .iter_mut()
+            .filter(|_| !extinction_follows)
+            .for_each(|conduction| conduction.extinction = 0);
+        Cpu::new(Precision::F64)
+            .march(&plan, &Ensemble::from_values(2, row), 0..1)
+            .expect("the processor does not fail")
     };
     let (scaled, stated) = (of(&denser, 1.1, true), of(&opaquer, 1.0, true));
     assert!(largest_difference_k(&scaled, &stated) < 1e-6, "{} K", largest_difference_k(&scaled, &stated));
@@ -163,14 +183,14 @@ fn a_density_factor_equals_a_denser_and_more_opaque_material() {
 
 #[test]
 fn a_contact_factor_of_a_group_scales_only_the_interfaces_below_its_plies() {
-    let bare = changed(&coarse(), |case| (case.factors, case.estimate) = (Vec::new(), Estimate::default()));
+    let bare = modified(&coarse(), |case| (case.factors, case.estimate) = (Vec::new(), EstimationSettings::default()));
     let alone = |case: &Case, values: &[f64]| {
-        let ensemble = Ensemble::at(values.len(), values.to_vec());
+        let ensemble = Ensemble::from_values(values.len(), values.to_vec());
         Cpu::new(Precision::F64).march(&Plan::new(case), &ensemble, 0..1).expect("the processor does not fail")
     };
     for (group, interfaces) in [("OF2", vec![1]), ("INS", vec![2, 3]), ("", vec![0, 1, 2, 3])] {
-        let scaled = with_factor(&bare, group, Property::Contact);
-        let stated = changed(&bare, |case| {
+        let scaled = with_factor(&bare, group, Property::ContactConductance);
+        let stated = modified(&bare, |case| {
             for interface in interfaces {
                 let contact = case.layup.contacts_w_m2_k[interface].as_mut().expect("a contact");
                 *contact *= 0.5;
@@ -203,19 +223,20 @@ fn at_rest(side: Side) -> Case {
         Arc::new(material)
     };
     let case = written("[back_face]\nkind = \"held\"\ntemperature = \"300 K\"\n").expect("nothing is wrong");
-    let case = changed(&case, |case| {
+    let case = modified(&case, |case| {
         case.layup.plies[0].material = constant(0.1);
         case.layup.plies[1].material = constant(0.04);
         case.exposure.duration_s = 4e4;
-        case.resolution = Resolution { cells: 40, growth: 0.2, largest_step_s: 1e3, every_s: 4e4, ..case.resolution };
+        case.resolution =
+            Resolution { cells: 40, growth: 0.2, largest_step_s: 1e3, output_interval_s: 4e4, ..case.resolution };
         case.sensors[0].side = side;
     });
-    with_factor(&case, "TC1", Property::Depth)
+    with_factor(&case, "TC1", Property::SensorDepth)
 }
 
 /// Steady-state reading of the sensor with a factor on its depth, K.
 fn read_k(case: &Case, factor: f64) -> f64 {
-    let traces = Cpu::new(Precision::F64).march(&Plan::new(case), &Ensemble::at(1, vec![factor]), 0..1);
+    let traces = Cpu::new(Precision::F64).march(&Plan::new(case), &Ensemble::from_values(1, vec![factor]), 0..1);
     *traces.expect("the processor does not fail").trace(0, 0).last().expect("there are instants")
 }
 
@@ -254,17 +275,17 @@ fn a_depth_factor_moves_the_reading_along_the_temperature_profile() {
 #[test]
 fn a_depth_scaled_within_a_ply_reads_what_a_sensor_there_reads() {
     let at = |depth_m: f64, factor: f64| {
-        let case = changed(&coarse(), |case| {
+        let case = modified(&coarse(), |case| {
             case.factors.clear();
             case.resolution.cells = 400;
             case.sensors.truncate(1);
             case.observations.clear();
-            case.estimate = Estimate::default();
+            case.estimate = EstimationSettings::default();
             case.sensors[0].depth_m = depth_m;
         });
         let traces = Cpu::new(Precision::F64).march(
-            &Plan::new(&with_factor(&case, "TC1", Property::Depth)),
-            &Ensemble::at(1, vec![factor]),
+            &Plan::new(&with_factor(&case, "TC1", Property::SensorDepth)),
+            &Ensemble::from_values(1, vec![factor]),
             0..1,
         );
         traces.expect("the processor does not fail")
@@ -302,12 +323,13 @@ fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
 #[test]
 fn without_a_depth_factor_a_plan_has_no_depth_steps() {
     let plan = Plan::new(&coarse());
-    let scaled = Plan::new(&with_factor(&coarse(), "TC2", Property::Depth));
-    assert!(!plan.has_depths && scaled.has_depths);
-    let steps = |plan: &Plan| plan.places.iter().map(|place| place.steps_above + place.steps_below).sum::<u32>();
+    let scaled = Plan::new(&with_factor(&coarse(), "TC2", Property::SensorDepth));
+    assert!(!plan.has_depth_factors && scaled.has_depth_factors);
+    let steps =
+        |plan: &Plan| plan.sensor_locations.iter().map(|place| place.steps_above + place.steps_below).sum::<u32>();
     assert_eq!(steps(&plan), 0);
     assert!(steps(&scaled) > 4, "its bounds reach beyond nodes of both plies");
-    assert_eq!(scaled.places.iter().filter(|place| place.steps_above + place.steps_below > 0).count(), 1);
+    assert_eq!(scaled.sensor_locations.iter().filter(|place| place.steps_above + place.steps_below > 0).count(), 1);
 }
 
 /// A case file of two plies, with more text at its end.

@@ -2,19 +2,19 @@
 //! enough; and the GPU in double precision agrees with the CPU.
 
 use crate::support::{
-    DOUBLE_K, SINGLE_K, SINGLE_REACTING_K, Scratch, adapter, apart_k, case, cases, changed, differing, drawn,
-    with_factor,
+    DOUBLE_K, SINGLE_K, SINGLE_REACTING_K, Scratch, adapter, case, cases, count_differences, max_difference_k,
+    modified, nominal_and_random, with_factor,
 };
+use bondline::adapt::adapt;
 use bondline::case::{Bounds, Case, Property};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
-use bondline::march::cpu::{Cpu, Reference};
+use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
-use bondline::march::{Backend, Begun, March, MarchError, Precision, march_all};
-use bondline::pilot::pilot;
+use bondline::march::{Backend, March, MarchError, PendingBatch, Precision, march_all};
 use bondline::plan::Plan;
 use bondline::plan::layout::{TABLE_NODES, TABLE_STEP_K};
-use bondline::traces::{Arrival, Traces};
+use bondline::traces::{MemberStatus, Traces};
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
@@ -58,7 +58,7 @@ static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
         .into_iter()
         .map(|case| {
             let members = if ["slab", "lcat-2259"].contains(&case.id()) { MANY } else { FEW };
-            (case.clone(), pilot(&case).expect("the processor marches"), drawn(&case, members))
+            (case.clone(), adapt(&case).expect("the processor marches"), nominal_and_random(&case, members))
         })
         .collect();
     let on = |shared: &'static Shared| {
@@ -88,8 +88,8 @@ pub(crate) fn with_scaled_conductivities(plan: &Plan, share: f64) -> Plan {
     let mut plies: Vec<_> = plan.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.rows)).collect();
     plies.dedup();
     for (table, width, rows) in plies {
-        let end = table + plan.levels * TABLE_NODES * width;
-        for row in Arc::make_mut(&mut plan.rows.tables)[table..end].chunks_exact_mut(width) {
+        let end = table + plan.pressure_levels * TABLE_NODES * width;
+        for row in Arc::make_mut(&mut plan.data.tables)[table..end].chunks_exact_mut(width) {
             for state in row[..columns * rows as usize].chunks_exact_mut(columns) {
                 // Solid, radiative and gas conductivity, each with its rise.
                 for place in [0, 1, 8, 9, 12, 13].into_iter().filter(|&place| place < columns) {
@@ -106,9 +106,9 @@ pub(crate) fn with_scaled_conductivities(plan: &Plan, share: f64) -> Plan {
 fn with_one_ulp_changed(plan: &Plan, temperature_k: f64) -> Plan {
     let mut plan = plan.clone();
     let node = (temperature_k / TABLE_STEP_K) as usize;
-    for level in 0..plan.levels {
+    for level in 0..plan.pressure_levels {
         let place = (plan.plies[0].table + (level * TABLE_NODES + node) as u32 * plan.plies[0].columns) as usize;
-        let word = &mut Arc::make_mut(&mut plan.rows.tables)[place];
+        let word = &mut Arc::make_mut(&mut plan.data.tables)[place];
         *word = f64::from((*word as f32).next_up());
     }
     plan
@@ -119,11 +119,11 @@ fn gpu_and_processor_are_bit_identical_in_single_precision() {
     for marched in MARCHED.iter() {
         let cpu = on_cpu(Precision::F32, &marched.plan, &marched.ensemble);
         assert!(
-            cpu.arrivals.iter().all(|arrival| *arrival == Arrival::Done),
+            cpu.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
             "{}: not all members complete",
             marched.case.id()
         );
-        let count = differing(&marched.single, &cpu);
+        let count = count_differences(&marched.single, &cpu);
         assert_eq!(count, 0, "{}: numbers that differ, of {}", marched.case.id(), cpu.temperatures_k.len());
     }
 }
@@ -134,9 +134,14 @@ fn a_coarse_plan_in_the_kernel_of_the_fine_one_is_bit_identical_to_the_processor
     for marched in MARCHED.iter() {
         let coarse = marched.plan.coarse.as_deref().expect("a plan has both resolutions");
         let single = traces_of(&mut *SINGLE.gpu(), coarse, &marched.ensemble);
-        let count = differing(&single, &on_cpu(Precision::F32, coarse, &marched.ensemble));
+        let count = count_differences(&single, &on_cpu(Precision::F32, coarse, &marched.ensemble));
         assert_eq!(count, 0, "{}: numbers that differ, of {}", marched.case.id(), single.temperatures_k.len());
-        assert_ne!(differing(&single, &marched.single), 0, "{}: the fine plan was marched again", marched.case.id());
+        assert_ne!(
+            count_differences(&single, &marched.single),
+            0,
+            "{}: the fine plan was marched again",
+            marched.case.id()
+        );
     }
 }
 
@@ -146,14 +151,14 @@ fn a_table_value_changed_by_one_ulp_is_detected() {
         let (coldest_k, hottest_k) = marched.single.extremes_k[0];
         let perturbed = with_one_ulp_changed(&marched.plan, 0.5 * (coldest_k + hottest_k));
         let cpu = on_cpu(Precision::F32, &perturbed, &marched.ensemble);
-        assert_ne!(differing(&marched.single, &cpu), 0, "{}", marched.case.id());
+        assert_ne!(count_differences(&marched.single, &cpu), 0, "{}", marched.case.id());
     }
 }
 
 #[test]
 fn single_precision_on_the_gpu_is_accurate_at_every_sensor_and_instant() {
     for marched in MARCHED.iter() {
-        let off_k = apart_k(&marched.single, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
+        let off_k = max_difference_k(&marched.single, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
         let decomposes = marched.case.layup().plies.iter().any(|ply| ply.material.decomposition.is_some());
         let allowed_k = if decomposes { SINGLE_REACTING_K } else { SINGLE_K };
         assert!(off_k <= allowed_k, "{}: {off_k:.1e} K", marched.case.id());
@@ -163,7 +168,7 @@ fn single_precision_on_the_gpu_is_accurate_at_every_sensor_and_instant() {
 #[test]
 fn a_conductivity_changed_by_1e_3_is_detected_in_single_precision() {
     for marched in MARCHED.iter() {
-        let off_k = apart_k(
+        let off_k = max_difference_k(
             &marched.single,
             &on_cpu(Precision::F64, &with_scaled_conductivities(&marched.plan, 1e-3), &marched.ensemble),
         );
@@ -174,7 +179,7 @@ fn a_conductivity_changed_by_1e_3_is_detected_in_single_precision() {
 #[test]
 fn gpu_and_processor_agree_within_a_microkelvin_in_double_precision() {
     for marched in MARCHED.iter() {
-        let off_k = apart_k(&marched.double, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
+        let off_k = max_difference_k(&marched.double, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
         assert!(off_k <= DOUBLE_K, "{}: {off_k:.1e} K", marched.case.id());
     }
 }
@@ -182,7 +187,7 @@ fn gpu_and_processor_agree_within_a_microkelvin_in_double_precision() {
 #[test]
 fn a_conductivity_changed_by_1e_6_is_detected_in_double_precision() {
     for marched in MARCHED.iter() {
-        let off_k = apart_k(
+        let off_k = max_difference_k(
             &marched.double,
             &on_cpu(Precision::F64, &with_scaled_conductivities(&marched.plan, 1e-6), &marched.ensemble),
         );
@@ -194,12 +199,12 @@ fn a_conductivity_changed_by_1e_6_is_detected_in_double_precision() {
 fn simd_lanes_are_bit_identical_to_one_member_at_a_time() {
     for marched in MARCHED.iter() {
         for precision in [Precision::F32, Precision::F64] {
-            let few = Ensemble::at(marched.ensemble.factors(), rows(&marched.ensemble, 0..FEW + 1));
-            let alone = traces_of(&mut Reference(precision), &marched.plan, &few);
-            let count = differing(&on_cpu(precision, &marched.plan, &few), &alone);
+            let few = Ensemble::from_values(marched.ensemble.factors(), rows(&marched.ensemble, 0..FEW + 1));
+            let alone = traces_of(&mut ScalarReference(precision), &marched.plan, &few);
+            let count = count_differences(&on_cpu(precision, &marched.plan, &few), &alone);
             assert_eq!(count, 0, "{} in {precision:?}", marched.case.id());
             let perturbed = on_cpu(precision, &with_scaled_conductivities(&marched.plan, 1e-6), &few);
-            assert_ne!(differing(&perturbed, &alone), 0, "{} in {precision:?}: perturbed", marched.case.id());
+            assert_ne!(count_differences(&perturbed, &alone), 0, "{} in {precision:?}: perturbed", marched.case.id());
         }
     }
 }
@@ -209,11 +214,14 @@ fn simd_lanes_are_bit_identical_to_one_member_at_a_time() {
 #[test]
 fn runtime_checks_change_no_bit_with_and_without_gas() {
     for id in ["slab", "lcat-2259-pyrolysis", "permeation", "tacot-held"] {
-        let case = changed(&case(id), |case| case.resolution.cells = 40);
-        let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));
+        let case = modified(&case(id), |case| case.resolution.cells = 40);
+        let (plan, ensemble) = (Plan::new(&case), nominal_and_random(&case, FEW));
         let [free, checked] = [&SINGLE, &CHECKED].map(|device| traces_of(&mut *device.gpu(), &plan, &ensemble));
-        assert!(free.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{id}: not all members complete");
-        assert_eq!(differing(&free, &checked), 0, "{id}");
+        assert!(
+            free.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
+            "{id}: not all members complete"
+        );
+        assert_eq!(count_differences(&free, &checked), 0, "{id}");
     }
 }
 
@@ -239,7 +247,7 @@ impl March for Cut<'_> {
         plan: &'a Plan,
         ensemble: &Ensemble,
         members: Range<usize>,
-    ) -> Result<Begun<'a>, MarchError> {
+    ) -> Result<PendingBatch<'a>, MarchError> {
         self.0.begin(plan, ensemble, members)
     }
 }
@@ -259,7 +267,7 @@ fn the_batch_size_changes_no_bit() {
                 assert_eq!(batch.first, seen);
                 for member in 0..batch.members() {
                     assert_eq!(batch.member(member), whole.member(seen + member), "member {} of {size}", seen + member);
-                    assert_eq!(batch.arrivals[member], whole.arrivals[seen + member]);
+                    assert_eq!(batch.statuses[member], whole.statuses[seen + member]);
                     assert_eq!(batch.balances[member], whole.balances[seen + member]);
                 }
                 seen += batch.members();
@@ -279,19 +287,19 @@ fn marches_without_gauges_change_no_other_bit() {
         let [mut whole, bare] = [&marched.plan, &without_gauges].map(|plan| traces_of(march, plan, &marched.ensemble));
         assert!(!whole.gauges.is_empty() && bare.gauges.is_empty());
         whole.gauges.clear();
-        assert_eq!(differing(&whole, &bare), 0, "{:?}", march.backend());
+        assert_eq!(count_differences(&whole, &bare), 0, "{:?}", march.backend());
     }
 }
 
 #[test]
 fn cached_damaged_and_uncachable_kernels_change_no_bit() {
     let (scratch, case) = (Scratch::new("cached-kernels"), case("slab"));
-    let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));
+    let (plan, ensemble) = (Plan::new(&case), nominal_and_random(&case, FEW));
     let expected = traces_of(&mut *SINGLE.gpu(), &plan, &ensemble);
     let marched = |folder: &Path| {
         let device = Device::open_with(adapter(), false, Some(folder)).expect("the device opens");
         let mut gpu = Gpu::new(device, Precision::F32).expect("the device passes its self-tests");
-        assert_eq!(differing(&traces_of(&mut gpu, &plan, &ensemble), &expected), 0, "{}", folder.display());
+        assert_eq!(count_differences(&traces_of(&mut gpu, &plan, &ensemble), &expected), 0, "{}", folder.display());
     };
     let folder = scratch.path().join("kernels");
     marched(&folder);
@@ -323,16 +331,16 @@ fn a_member_with_nan_diverges_at_the_same_step_everywhere_and_leaves_the_others_
 fn diverges_everywhere(case: &Case, value: f64) {
     let plan = Plan::new(case);
     let width = case.factors().len();
-    let regular = rows(&drawn(case, 11), 0..12);
+    let regular = rows(&nominal_and_random(case, 11), 0..12);
     let mut with_outlier = regular.clone();
     with_outlier[4 * width + width - 1] = value;
-    let (regular, with_outlier) = (Ensemble::at(width, regular), Ensemble::at(width, with_outlier));
+    let (regular, with_outlier) = (Ensemble::from_values(width, regular), Ensemble::from_values(width, with_outlier));
     let (mut single, mut double) = (SINGLE.gpu(), DOUBLE.gpu());
     let marches: [&mut dyn March; 6] = [
         &mut Cpu::new(Precision::F64),
         &mut Cpu::new(Precision::F32),
-        &mut Reference(Precision::F64),
-        &mut Reference(Precision::F32),
+        &mut ScalarReference(Precision::F64),
+        &mut ScalarReference(Precision::F32),
         &mut *single,
         &mut *double,
     ];
@@ -341,12 +349,12 @@ fn diverges_everywhere(case: &Case, value: f64) {
         let backend = march.backend();
         let (expected, found) = (traces_of(march, &plan, &regular), traces_of(march, &plan, &with_outlier));
         for member in (0..regular.len()).filter(|&member| member != 4) {
-            assert_eq!(found.arrivals[member], Arrival::Done, "{backend:?}: member {member}");
+            assert_eq!(found.statuses[member], MemberStatus::Completed, "{backend:?}: member {member}");
             assert_eq!(found.member(member), expected.member(member), "{backend:?}: member {member}");
         }
-        arrivals.push((backend, found.arrivals[4].clone()));
+        arrivals.push((backend, found.statuses[4].clone()));
     }
     let (_, first) = &arrivals[0];
-    assert!(matches!(first, Arrival::Strayed { time_s } if *time_s < 1.0), "{first:?}");
+    assert!(matches!(first, MemberStatus::Diverged { time_s } if *time_s < 1.0), "{first:?}");
     assert!(arrivals.iter().all(|(_, arrival)| arrival == first), "{arrivals:?}");
 }

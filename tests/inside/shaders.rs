@@ -1,11 +1,11 @@
 //! Tests of the shaders without a device: kernels compile, functions match their twins, and no dispatch exceeds the
 //! loop limit.
 
-use crate::support::{LOOPS_ENDED, UNIFORM_BUFFERS, case, cases, changed, text, with_factor};
+use crate::support::{LAVAPIPE_LOOP_LIMIT, UNIFORM_BUFFERS, case, cases, modified, text, with_factor};
 use bondline::case::{Case, Property};
 use bondline::march::Precision;
-use bondline::march::gpu::LANES;
-use bondline::march::gpu::shader::{self, loop_turns};
+use bondline::march::gpu::COOPERATIVE_THREADS;
+use bondline::march::gpu::shader::{self, loop_iterations};
 use bondline::physics::TWINS;
 use bondline::plan::Plan;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -38,14 +38,18 @@ pub(crate) fn compiled(text: &str) -> Result<Module, String> {
 fn the_kernel_of_every_case_compiles_in_both_precisions() {
     for case in all() {
         for precision in [Precision::F32, Precision::F64] {
-            for lanes in [1, LANES] {
+            for lanes in [1, COOPERATIVE_THREADS] {
                 if let Err(error) = compiled(&in_lanes(&case, precision, lanes)) {
                     panic!("{} in {precision:?} on {lanes} threads: {error}", case.id());
                 }
             }
         }
     }
-    assert_eq!(Plan::new(&all()[cases().len()]).parts, 3, "the last case has a conductivity in three parts");
+    assert_eq!(
+        Plan::new(&all()[cases().len()]).conductivity_parts,
+        3,
+        "the last case has a conductivity in three parts"
+    );
 }
 
 #[test]
@@ -65,7 +69,7 @@ fn uniform_buffers(text: &str) -> usize {
 fn no_kernel_binds_more_uniform_buffers_than_lavapipe_compiles_correctly() {
     for case in all() {
         for precision in [Precision::F32, Precision::F64] {
-            for lanes in [1, LANES] {
+            for lanes in [1, COOPERATIVE_THREADS] {
                 let text = in_lanes(&case, precision, lanes);
                 assert!(uniform_buffers(&text) <= UNIFORM_BUFFERS, "{} in {precision:?} on {lanes} threads", case.id());
                 let more = text.replacen(
@@ -84,19 +88,19 @@ fn no_kernel_binds_more_uniform_buffers_than_lavapipe_compiles_correctly() {
 const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "record", "the processor passes readings to its caller, the device writes them to a buffer"),
     ("compensated", "lane", "the host reads results with it; the device writes them to buffers"),
-    ("member", "shown_k", "the host reads results with it; the device writes them to buffers"),
+    ("member", "bead_temperature_k", "the host reads results with it; the device writes them to buffers"),
     ("tridiagonal", "factorise", "WGSL does not pass workgroup memory by reference: see the one of darcy_flow"),
     ("tridiagonal", "substitute", "see the one of darcy_flow"),
-    ("flowing", "factorise", "see the one of tridiagonal"),
-    ("flowing", "substitute", "see the one of tridiagonal"),
-    ("table", "read", "the processor evaluates the offsets of a ply before it reads any row"),
+    ("darcy_flow", "factorise", "see the one of tridiagonal"),
+    ("darcy_flow", "substitute", "see the one of tridiagonal"),
+    ("table", "row_segment", "the processor evaluates the offsets of a ply before it reads any row"),
     ("system", "boundary_row_of", "dynamic indexing is slow to compile in WGSL"),
-    ("conducting", "nodes", "the processor slices columns first, to spare bounds checks"),
+    ("conduction", "node_columns", "the processor slices columns first, to spare bounds checks"),
     ("member", "heat_j_m2", "the host reads results with it; the device writes them to buffers"),
     ("member", "stored_j_m2", "the host reads results with it; the device writes them to buffers"),
-    ("member", "gone", "the host reads results with it; the device writes them to buffers"),
+    ("member", "gas_balance", "the host reads results with it; the device writes them to buffers"),
     ("member", "extremes_k", "the host reads results with it; the device writes them to buffers"),
-    ("member", "strayed", "the host reads results with it; the device writes them to buffers"),
+    ("member", "diverged_at", "the host reads results with it; the device writes them to buffers"),
 ];
 
 /// Functions of a text in order, without the one-sided ones.
@@ -122,7 +126,7 @@ fn twin_files_hold_the_same_functions_in_the_same_order() {
 #[test]
 fn every_shader_of_the_physics_has_a_twin() {
     let host_only = ["prelude", "layout"];
-    let parts: Vec<&str> = shader::PARTS.iter().map(|part| part.0).filter(|name| !host_only.contains(name)).collect();
+    let parts: Vec<&str> = shader::SOURCES.iter().map(|part| part.0).filter(|name| !host_only.contains(name)).collect();
     assert_eq!(parts, TWINS);
     for (file, function, _) in ONE_SIDED {
         let sides = [format!("src/physics/{file}.rs"), format!("shaders/{file}.wgsl")].map(|path| text(&path));
@@ -155,7 +159,7 @@ fn single_thread_and_cooperative_kernels_have_the_same_functions() {
 #[test]
 fn a_function_missing_or_moved_is_caught() {
     let (rust, wgsl) = (text("src/physics/material.rs"), text("shaders/material.wgsl"));
-    let missing = wgsl.replacen("fn gain_across(", "fn gain_over(", 1);
+    let missing = wgsl.replacen("fn conductance_slope_across(", "fn gain_over(", 1);
     assert_ne!(functions("material", &rust), functions("material", &missing));
     let (before, after) = wgsl.split_at(wgsl.find("fn conductance_within(").expect("it is there"));
     let moved = format!("{after}{before}");
@@ -164,21 +168,26 @@ fn a_function_missing_or_moved_is_caught() {
 
 /// Loop turns of the longest dispatch of a plan on the software device.
 fn turns(plan: &Plan, lanes: u32) -> u32 {
-    let (turns_step, turns_around) = loop_turns(plan, lanes);
-    shader::steps_a_dispatch(plan, lanes, true) * turns_step + turns_around
+    let (turns_step, turns_around) = loop_iterations(plan, lanes);
+    shader::steps_per_dispatch(plan, lanes, true) * turns_step + turns_around
 }
 
 fn with_cells(cells: usize) -> Case {
-    changed(&case("lcat-2259"), |case| case.resolution.cells = cells)
+    modified(&case("lcat-2259"), |case| case.resolution.cells = cells)
 }
 
 #[test]
 fn no_dispatch_exceeds_the_loop_limit_of_the_software_device() {
     // The last has the largest number of cells of a case file.
     for case in all().into_iter().chain([with_cells(1024)]) {
-        for lanes in [1, LANES] {
+        for lanes in [1, COOPERATIVE_THREADS] {
             let turns = turns(&Plan::new(&case), lanes);
-            assert!(turns < LOOPS_ENDED, "{}, {} cells: {turns} loop turns", case.id(), case.resolution().cells);
+            assert!(
+                turns < LAVAPIPE_LOOP_LIMIT,
+                "{}, {} cells: {turns} loop turns",
+                case.id(),
+                case.resolution().cells
+            );
         }
     }
 }
@@ -186,5 +195,5 @@ fn no_dispatch_exceeds_the_loop_limit_of_the_software_device() {
 #[test]
 fn a_step_that_exceeds_the_loop_limit_is_caught() {
     // Eight times the largest number of cells of a case file.
-    assert!(turns(&Plan::finer(&with_cells(1024), 8, 1), 1) > LOOPS_ENDED);
+    assert!(turns(&Plan::with_refinement(&with_cells(1024), 8, 1), 1) > LAVAPIPE_LOOP_LIMIT);
 }

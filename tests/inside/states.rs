@@ -1,23 +1,23 @@
 //! Factors on the conductivity of single states, and their estimation from temperatures.
 
-use crate::support::{ANOTHER_CODE_K, DOUBLE_K, case, changed};
-use bondline::case::{Case, Estimate, Factor, Table};
+use crate::support::{DOUBLE_K, PATO_K, case, modified};
+use bondline::adapt::adapt;
+use bondline::case::{Case, EstimationSettings, Factor, Table};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
-use bondline::march::extrapolated::Extrapolated;
+use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
-use bondline::pilot::pilot;
 use bondline::plan::Plan;
-use bondline::study::estimate::{Estimated, Search, estimate};
+use bondline::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use std::sync::Arc;
 
 /// Temperatures of the two-state slab with these factors and values.
 fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
-    let case = changed(&case("tacot-conductivity"), |case| {
-        (case.factors, case.estimate) = (factors, Estimate::default());
+    let case = modified(&case("tacot-conductivity"), |case| {
+        (case.factors, case.estimate) = (factors, EstimationSettings::default());
         (case.resolution.cells, case.resolution.largest_step_s) = (40, 2.0);
     });
-    let ensemble = Ensemble::at(values.len(), values.to_vec());
+    let ensemble = Ensemble::from_values(values.len(), values.to_vec());
     let traces = Cpu::new(Precision::F64).march(&Plan::new(&case), &ensemble, 0..1);
     traces.expect("the processor does not fail").temperatures_k
 }
@@ -30,15 +30,15 @@ fn equal_factors_on_all_states_equal_one_factor_and_single_ones_differ() {
     assert_eq!(whole, marched(each.clone(), &[1.3, 0.8, 1.3, 0.8]), "both states scaled alike");
     for alone in [[1.3, 1.0, 1.0, 1.0], [1.0, 0.8, 1.0, 1.0], [1.0, 1.0, 1.3, 1.0], [1.0, 1.0, 1.0, 0.8]] {
         let marched = marched(each.clone(), &alone);
-        let apart_k = whole.iter().zip(&marched).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(apart_k > 1.0, "{alone:?} is off by {apart_k} K");
+        let max_difference_k = whole.iter().zip(&marched).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(max_difference_k > 1.0, "{alone:?} is off by {max_difference_k} K");
     }
 }
 
 /// `lcat-2259-pyrolysis` on a coarse plan with changed char heat capacities: number of states with table rows of each
 /// ply, and temperatures.
 fn with_char(heat_capacity: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
-    let case = changed(&case("lcat-2259-pyrolysis"), |case| {
+    let case = modified(&case("lcat-2259-pyrolysis"), |case| {
         (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
         for ply in &mut case.layup.plies {
             let decomposition = Arc::make_mut(&mut ply.material).decomposition.iter_mut();
@@ -63,17 +63,21 @@ fn a_char_that_is_a_multiple_of_the_virgin_material_equals_one_with_table_rows()
     assert_eq!(rows, [1; 5], "every state is a multiple of the virgin one");
     let (rows, tabulated_k) = with_char(|value| value * (1.0 + 1e-11));
     assert_eq!(rows, [1, 1, 2, 2, 2], "a char that is no multiple has rows of its own");
-    let apart_k = largest_difference_k(&alike_k, &tabulated_k);
-    assert!(apart_k <= DOUBLE_K, "{apart_k} K");
-    let apart_k = largest_difference_k(&alike_k, &with_char(|value| value * 1.01).1);
-    assert!(apart_k > 100.0 * DOUBLE_K, "a larger heat capacity changes temperatures by only {apart_k} K");
+    let max_difference_k = largest_difference_k(&alike_k, &tabulated_k);
+    assert!(max_difference_k <= DOUBLE_K, "{max_difference_k} K");
+    let max_difference_k = largest_difference_k(&alike_k, &with_char(|value| value * 1.01).1);
+    assert!(
+        max_difference_k > 100.0 * DOUBLE_K,
+        "a larger heat capacity changes temperatures by only {max_difference_k} K"
+    );
 }
 
 /// Estimate of a case as the command makes it, and the root mean square of all residuals, K.
-fn estimated(case: &Case) -> (Estimated, f64) {
-    let plan = pilot(case).expect("the processor marches");
-    let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
-    let found = estimate(&[(case, &plan)], &mut march, &Search::of(Precision::F64)).expect("an estimate");
+fn estimated(case: &Case) -> (ParameterEstimates, f64) {
+    let plan = adapt(case).expect("the processor marches");
+    let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
+    let found =
+        estimate(&[(case, &plan)], &mut march, &SearchOptions::for_precision(Precision::F64)).expect("an estimate");
     let left = found.fitted[0].misfits.iter().map(|(_, after)| (after.samples as f64, after.rms_k));
     let (count, sum) = left.fold((0.0, 0.0), |(count, sum), (n, rms_k)| (count + n, sum + n * rms_k * rms_k));
     (found, (sum / count).sqrt())
@@ -87,18 +91,18 @@ fn four_coefficients_of_conductivity_are_found_from_temperatures_of_another_code
     let (found, left_k) = estimated(&case);
     assert!(found.converged && !found.at_bound.contains(&true), "{found:?}");
     assert_eq!(found.samples, 480, "a reading a second at each of four depths");
-    assert!(left_k <= ANOTHER_CODE_K, "{left_k} K");
+    assert!(left_k <= PATO_K, "{left_k} K");
     for ((value, (low, high)), round) in found.values.iter().zip(&found.intervals).zip([2.0, 2.0, 1.0, 1.0]) {
         assert!((low..=high).contains(&&round), "{low} to {high} does not contain {round}");
         // Residuals of the other code are correlated over minutes: effective sample size 10 of 480.
         assert!(high - low < 0.35 * value, "{low} to {high} is too wide");
     }
-    let alike = changed(&case, |case| {
+    let alike = modified(&case, |case| {
         case.factors.truncate(2);
         case.factors.iter_mut().for_each(|factor| factor.state = None);
         case.estimate.factors.truncate(2);
         case.estimate.start.truncate(2);
     });
     let (_, left_k) = estimated(&alike);
-    assert!(left_k > 2.0 * ANOTHER_CODE_K, "one conductivity in both states passed: {left_k} K");
+    assert!(left_k > 2.0 * PATO_K, "one conductivity in both states passed: {left_k} K");
 }

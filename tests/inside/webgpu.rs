@@ -5,7 +5,7 @@ use super::shaders::all;
 use crate::browser::{console, result};
 use crate::support::Scratch;
 use bondline::march::Precision;
-use bondline::march::gpu::{LANES, shader};
+use bondline::march::gpu::{COOPERATIVE_THREADS, shader};
 use bondline::plan::Plan;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ const PAGE: &str = r#"<!DOCTYPE html>
 
 /// Kernels for which a pipeline is created, by case and threads a member: the smallest, and the largest cooperative
 /// one. SwiftShader takes two to seven seconds for each; uniformity is checked when a module is compiled.
-const PIPELINES: [(&str, u32); 3] = [("slab", 1), ("slab", LANES), ("permeation", LANES)];
+const PIPELINES: [(&str, u32); 3] = [("slab", 1), ("slab", COOPERATIVE_THREADS), ("permeation", COOPERATIVE_THREADS)];
 
 /// A kernel's text by its name, and whether to create a pipeline.
 type Kernels = BTreeMap<String, (String, bool)>;
@@ -58,7 +58,7 @@ type Kernels = BTreeMap<String, (String, bool)>;
 fn kernels() -> Kernels {
     let mut found = Kernels::new();
     for case in all() {
-        for (texels, lanes) in [(false, 1), (true, 1), (false, LANES)] {
+        for (texels, lanes) in [(false, 1), (true, 1), (false, COOPERATIVE_THREADS)] {
             let text = shader::kernel(&Plan::new(&case), Precision::F32, texels, lanes, shader::MARCH);
             if !found.values().any(|(known, _)| *known == text) {
                 let is_piped = !texels && PIPELINES.contains(&(case.id(), lanes));

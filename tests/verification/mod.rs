@@ -1,25 +1,27 @@
 //! Every row of `bondline verify` passes on the CPU in f64, and rows can fail.
 
 use crate::support::case;
+use bondline::adapt::adapt;
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
-use bondline::march::cpu::{Cpu, Reference};
-use bondline::march::extrapolated::march_both;
+use bondline::march::cpu::{Cpu, ScalarReference};
+use bondline::march::richardson::march_extrapolated;
 use bondline::march::{Backend, March, MarchError, Precision};
-use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::traces::Traces;
 use bondline::verify::problem::Problem;
-use bondline::verify::problems::{all, flexible};
-use bondline::verify::{Group, Row, WIDE, compare, rows, table};
+use bondline::verify::problems::{all_problems, flexible};
+use bondline::verify::{Group, VerificationRow, WIDE_REASON, largest_difference_k, text_table, verification_rows};
 use std::ops::Range;
 
 #[track_caller]
 fn passes(group: Group) {
-    let rows = rows(&mut Cpu::new(Precision::F64), &mut [], &[group]).expect("the processor does not fail");
+    let rows =
+        verification_rows(&mut Cpu::new(Precision::F64), &mut [], &[group]).expect("the processor does not fail");
     assert!(!rows.is_empty(), "no rows in {}", group.name());
-    assert!(rows.iter().all(|row| row.pass()), "\n{}", table(&rows));
-    let wide: Vec<String> = table(&rows).lines().filter(|line| line.chars().count() > 120).map(str::to_owned).collect();
+    assert!(rows.iter().all(|row| row.pass()), "\n{}", text_table(&rows));
+    let wide: Vec<String> =
+        text_table(&rows).lines().filter(|line| line.chars().count() > 120).map(str::to_owned).collect();
     assert!(wide.is_empty(), "more than 120 columns:\n{}", wide.join("\n"));
     for row in &rows {
         let texts = [&row.case, &row.reference, &row.quantity, &row.unit, &row.source_of_tolerance];
@@ -62,28 +64,31 @@ fn the_minimiser_meets_known_optima() {
 #[test]
 fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
     let mut problem =
-        all().into_iter().find(|p| p.case.name() == "SFPE S.02 case 2, plate under a flux").expect("listed");
+        all_problems().into_iter().find(|p| p.case.name() == "SFPE S.02 case 2, plate under a flux").expect("listed");
     let check = &mut problem.checks[0];
     check.points[0].value += 2.0 * check.tolerance;
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
-    assert!(!rows[0].pass(), "\n{}", table(&rows));
-    assert!(rows[1].pass(), "\n{}", table(&rows));
+    assert!(!rows[0].pass(), "\n{}", text_table(&rows));
+    assert!(rows[1].pass(), "\n{}", text_table(&rows));
 }
 
 #[test]
 fn a_tolerance_beyond_ten_times_the_difference_needs_a_reason() {
-    let problem = all().into_iter().find(|p| p.case.name().starts_with("TACOT, surface held")).expect("listed");
+    let problem =
+        all_problems().into_iter().find(|p| p.case.name().starts_with("TACOT, surface held")).expect("listed");
     let row = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail").remove(0);
     assert!(!row.is_wide_without_reason(), "{row:?}");
-    let wider = Row { tolerance: 11.0 * row.difference, ..row };
+    let wider = VerificationRow { tolerance: 11.0 * row.difference, ..row };
     assert!(wider.is_wide_without_reason());
-    let explained =
-        Row { source_of_tolerance: format!("{}{WIDE}the reference is printed so", wider.reference), ..wider };
+    let explained = VerificationRow {
+        source_of_tolerance: format!("{}{WIDE_REASON}the reference is printed so", wider.reference),
+        ..wider
+    };
     assert!(!explained.is_wide_without_reason());
     // The reason is printed only where it is needed.
-    assert!(table(std::slice::from_ref(&explained)).contains("the reference is printed so"));
-    let near = Row { tolerance: 9.0 * explained.difference, ..explained };
-    assert!(!table(std::slice::from_ref(&near)).contains("the reference is printed so"));
+    assert!(text_table(std::slice::from_ref(&explained)).contains("the reference is printed so"));
+    let near = VerificationRow { tolerance: 9.0 * explained.difference, ..explained };
+    assert!(!text_table(std::slice::from_ref(&near)).contains("the reference is printed so"));
 }
 
 /// A march with spoiled traces, for negative controls.
@@ -91,11 +96,11 @@ struct Spoiled<F>(F);
 
 impl<F: Fn(&Plan, &mut Traces) + Send> March for Spoiled<F> {
     fn backend(&self) -> Backend {
-        Reference(Precision::F64).backend()
+        ScalarReference(Precision::F64).backend()
     }
 
     fn capacity(&self, plan: &Plan) -> usize {
-        Reference(Precision::F64).capacity(plan)
+        ScalarReference(Precision::F64).capacity(plan)
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
@@ -113,12 +118,12 @@ fn an_error_of_too_low_an_order_in_the_step_fails_every_row_that_claims_a_higher
             traces.temperatures_k.iter_mut().for_each(|temperature_k| *temperature_k += 1e3 * share);
             traces.gauges.iter_mut().for_each(|reading| *reading *= 1.0 + share);
         });
-        let rows = rows(&mut march, &mut [], &[Group::Orders]).expect("the processor does not fail");
+        let rows = verification_rows(&mut march, &mut [], &[Group::Orders]).expect("the processor does not fail");
         let of_itself = rows.iter().filter(|row| row.reference.starts_with("self-convergence"));
         for row in of_itself {
             assert_eq!(row.pass(), row.quantity.contains("Δx"), "order {order}: {row:?}");
         }
-        assert!(rows.iter().filter(|row| !row.pass()).count() >= 8, "order {order}\n{}", table(&rows));
+        assert!(rows.iter().filter(|row| !row.pass()).count() >= 8, "order {order}\n{}", text_table(&rows));
     }
 }
 
@@ -131,7 +136,7 @@ fn heat_and_mass_from_nowhere_fail_every_balance() {
             balance.gas_stored_kg_m2 += 1e-7 * (balance.gas_in_kg_m2 + balance.gas_out_kg_m2);
         }
     });
-    let rows = rows(&mut march, &mut [], &[Group::Balance]).expect("the processor does not fail");
+    let rows = verification_rows(&mut march, &mut [], &[Group::Balance]).expect("the processor does not fail");
     for row in rows.iter().filter(|row| row.quantity.starts_with("residual")) {
         assert!(!row.pass(), "{row:?}");
     }
@@ -143,9 +148,9 @@ fn the_held_tacot_is_verified_for_the_error_that_its_case_tolerates() {
     let (problem, case) = (held_tacot(), case("tacot-held"));
     assert_eq!(problem.case.resolution(), case.resolution());
     let march = |case: &Case| {
-        let plan = pilot(case).expect("the processor does not fail");
+        let plan = adapt(case).expect("the processor does not fail");
         let ensemble = Ensemble::nominal(case.factors());
-        let traces = march_both(&mut Cpu::new(Precision::F64), &plan, &ensemble, 0..1);
+        let traces = march_extrapolated(&mut Cpu::new(Precision::F64), &plan, &ensemble, 0..1);
         (plan.instants_s().to_vec(), traces.expect("the processor does not fail"))
     };
     let ((verified_s, verified), (shipped_s, shipped)) = (march(&problem.case), march(&case));
@@ -166,24 +171,24 @@ fn the_held_tacot_is_verified_for_the_error_that_its_case_tolerates() {
 
 #[test]
 fn the_held_tacot_on_forty_stated_cells_misses_the_converged_curves() {
-    let problem = held_tacot().stated(40, 0.2);
+    let problem = held_tacot().with_cells(40, 0.2);
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
-    assert!(!rows[0].pass(), "\n{}", table(&rows[..1]));
+    assert!(!rows[0].pass(), "\n{}", text_table(&rows[..1]));
 }
 
 fn held_tacot() -> Problem {
-    all().into_iter().find(|problem| problem.case.name() == "TACOT held at 1644 K").expect("listed")
+    all_problems().into_iter().find(|problem| problem.case.name() == "TACOT held at 1644 K").expect("listed")
 }
 
 #[test]
 fn two_marches_are_compared_reading_by_reading() {
-    let plan = Plan::new(&flexible::layup());
-    let ensemble = Ensemble::at(0, Vec::new());
+    let plan = Plan::new(&flexible::flexible_layup());
+    let ensemble = Ensemble::from_values(0, Vec::new());
     let off_k = |temperature_k: f64| {
         let mut spoiled = Spoiled(|_: &Plan, traces: &mut Traces| {
             traces.temperatures_k.last_mut().map(|last_k| *last_k += temperature_k).expect("a trace has instants");
         });
-        compare(&mut Cpu::new(Precision::F64), &mut spoiled, &plan, &ensemble).expect("no device")
+        largest_difference_k(&mut Cpu::new(Precision::F64), &mut spoiled, &plan, &ensemble).expect("no device")
     };
     assert_eq!(off_k(0.0), 0.0);
     assert!((off_k(1e-3) - 1e-3).abs() < 1e-9);

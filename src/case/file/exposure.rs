@@ -1,114 +1,114 @@
 //! `[hot_face]`, `[back_face]` and `[holder]`.
 
-use super::layup::held_at;
-use super::schedule::Schedules;
-use super::written::{Section, Written};
-use crate::case::error::Read;
-use crate::case::nearest::suggestion;
+use super::layup::held_face_depth_m;
+use super::schedule::ScheduleReader;
+use super::spanned_toml::{TableReader, ValueReader};
+use crate::case::error::ReadResult;
+use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Emissivity, Face, Holder, Layup, OpenFace, Schedule, Sensor};
 
 /// Temperature of the surroundings if the case names none, K.
-const ROOM_K: f64 = 300.0;
+const ROOM_TEMPERATURE_K: f64 = 300.0;
 
 /// A hot face; if it is held in depth, that depth.
 pub(super) struct HotFace<'a> {
     pub(super) face: Face,
-    pub(super) held: Option<(f64, Written<'a>)>,
+    pub(super) held_depth: Option<(f64, ValueReader<'a>)>,
     /// The key `blowing`, if it is above zero.
-    pub(super) blowing: Option<Written<'a>>,
+    pub(super) blowing: Option<ValueReader<'a>>,
 }
 
 /// A back face, and its pressure if it is permeable.
 pub(super) struct BackFace<'a> {
     pub(super) face: Face,
-    pub(super) pressure: Option<(Schedule, Written<'a>)>,
+    pub(super) pressure: Option<(Schedule, ValueReader<'a>)>,
 }
 
 pub(super) fn hot_face<'a>(
-    case: &Section<'a>,
-    schedules: &Schedules<'_>,
+    case: &TableReader<'a>,
+    schedules: &ScheduleReader<'_>,
     layup: Option<&Layup>,
     sensors: Option<&[Sensor]>,
-) -> Read<HotFace<'a>> {
+) -> ReadResult<HotFace<'a>> {
     let section = case.required("hot_face", "a table [hot_face]")?.section()?;
-    let open = |face: Read<OpenFace>| {
+    let open = |face: ReadResult<OpenFace>| {
         let face = face?;
         let blowing = if face.blowing > 0.0 { section.optional("blowing") } else { None };
-        Ok(HotFace { face: Face::Open(face), held: None, blowing })
+        Ok(HotFace { face: Face::Open(face), held_depth: None, blowing })
     };
-    let face = match kind(&section, &["heated", "convective", "held"])? {
-        "heated" => open(heated(&section, schedules)),
-        "convective" => open(convective(&section, schedules)),
+    let face = match face_kind(&section, &["heated", "convective", "held"])? {
+        "heated" => open(heated_face(&section, schedules)),
+        "convective" => open(convective_face(&section, schedules)),
         _ => {
-            let temperature = held(&section, schedules);
+            let temperature = held_face(&section, schedules);
             let at = match (section.optional("at"), layup, sensors) {
                 (Some(at), Some(layup), Some(sensors)) => {
-                    held_at(at, layup, sensors).map(|depth_m| Some((depth_m, at)))
+                    held_face_depth_m(at, layup, sensors).map(|depth_m| Some((depth_m, at)))
                 }
                 _ => Ok(None),
             };
-            at.and_then(|held| Ok(HotFace { face: temperature?, held, blowing: None }))
+            at.and_then(|held| Ok(HotFace { face: temperature?, held_depth: held, blowing: None }))
         }
     };
-    section.close();
+    section.deny_unknown_keys();
     face
 }
 
-pub(super) fn back_face<'a>(case: &Section<'a>, schedules: &Schedules<'_>) -> Read<BackFace<'a>> {
+pub(super) fn back_face<'a>(case: &TableReader<'a>, schedules: &ScheduleReader<'_>) -> ReadResult<BackFace<'a>> {
     let Some(written) = case.optional("back_face") else {
         return Ok(BackFace { face: Face::Open(OpenFace::insulated()), pressure: None });
     };
     let section = written.section()?;
-    let face = match kind(&section, &["insulated", "cooled", "holder", "held"])? {
+    let face = match face_kind(&section, &["insulated", "cooled", "holder", "held"])? {
         "insulated" => Ok(Face::Open(OpenFace::insulated())),
-        "cooled" => cooled(&section, schedules).map(Face::Open),
-        "holder" => holder(&section, schedules).map(Face::Open),
-        _ => held(&section, schedules),
+        "cooled" => cooled_face(&section, schedules).map(Face::Open),
+        "holder" => holder_face(&section, schedules).map(Face::Open),
+        _ => held_face(&section, schedules),
     };
     let pressure = section.optional("pressure").map(|written| Ok((pressure(written, schedules)?, written))).transpose();
-    section.close();
+    section.deny_unknown_keys();
     Ok(BackFace { face: face?, pressure: pressure? })
 }
 
 /// A pressure schedule, above zero.
-pub(super) fn pressure(written: Written<'_>, schedules: &Schedules<'_>) -> Read<Schedule> {
+pub(super) fn pressure(written: ValueReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<Schedule> {
     let schedule = schedules.read(written, Dimension::Pressure)?;
     written.require(schedule.check_pressure()).map(|()| schedule)
 }
 
 /// `[holder]`: lateral heat loss.
-pub(super) fn around(case: &Section<'_>, schedules: &Schedules<'_>) -> Read<Option<Holder>> {
+pub(super) fn lateral_holder(case: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<Option<Holder>> {
     let Some(written) = case.optional("holder") else {
         return Ok(None);
     };
     let section = written.section()?;
     let conductance_w_m3_k = section.positive("conductance", Dimension::VolumeConductance);
-    let temperature = section.required("temperature", Dimension::Temperature.expectation());
+    let temperature = section.required("temperature", Dimension::Temperature.name_and_example());
     let temperature_k = temperature.and_then(|written| schedules.read(written, Dimension::Temperature));
-    section.close();
+    section.deny_unknown_keys();
     Ok(Some(Holder { conductance_w_m3_k: conductance_w_m3_k?, temperature_k: temperature_k? }))
 }
 
 /// The kind of a face. With an unknown kind the other keys are not read, as their meaning is unknown.
-fn kind<'a>(section: &Section<'a>, known: &[&str]) -> Read<&'a str> {
+fn face_kind<'a>(section: &TableReader<'a>, known: &[&str]) -> ReadResult<&'a str> {
     let written = section.required("kind", &known.join(", "))?;
     let kind = written.text()?;
     if known.contains(&kind) {
         return Ok(kind);
     }
-    Err(written.fault(format!("unknown kind {kind:?}{}", suggestion(kind, known.iter().copied()))))
+    Err(written.error(format!("unknown kind {kind:?}{}", suggestion(kind, known.iter().copied()))))
 }
 
-fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
+fn heated_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
     let zero = || Ok(Schedule::constant(0.0));
     let flux = section.optional("flux");
     let radiant = section.optional("radiant_flux");
     let recovery = section.optional("recovery_enthalpy");
     let complete = if flux.is_none() && radiant.is_none() {
-        Err(section.fault("a heated face needs a `flux` or a `radiant_flux`"))
+        Err(section.error("a heated face needs a `flux` or a `radiant_flux`"))
     } else if let (None, Some(recovery)) = (flux, recovery) {
-        Err(recovery.fault("`recovery_enthalpy` needs a `flux`: found none"))
+        Err(recovery.error("`recovery_enthalpy` needs a `flux`: found none"))
     } else {
         Ok(())
     };
@@ -116,14 +116,14 @@ fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     let radiant_w_m2 = radiant.map_or_else(zero, |written| schedules.read(written, Dimension::HeatFlux));
     let recovery_enthalpy_j_kg = recovery.map(|written| written.positive(Dimension::SpecificEnthalpy)).transpose();
     let film = match (section.optional("coefficient"), section.optional("gas")) {
-        (None, None) => Ok((0.0, Schedule::constant(ROOM_K))),
+        (None, None) => Ok((0.0, Schedule::constant(ROOM_TEMPERATURE_K))),
         (Some(film), Some(gas)) => {
             let film = film.not_negative(Dimension::Conductance);
             let gas = schedules.read(gas, Dimension::Temperature);
             film.and_then(|film| Ok((film, gas?)))
         }
-        (Some(film), None) => Err(film.fault("`coefficient` needs the gas temperature: expected a key `gas`")),
-        (None, Some(gas)) => Err(gas.fault("`gas` needs a heat transfer coefficient: expected a key `coefficient`")),
+        (Some(film), None) => Err(film.error("`coefficient` needs the gas temperature: expected a key `gas`")),
+        (None, Some(gas)) => Err(gas.error("`gas` needs a heat transfer coefficient: expected a key `coefficient`")),
     };
     let emissivity = emissivity(section);
     let surroundings_k = surroundings(section, schedules);
@@ -135,7 +135,7 @@ fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
         recovery_enthalpy_j_kg: recovery_enthalpy_j_kg?,
         radiant_w_m2: radiant_w_m2?,
         film_w_m2_k,
-        film_heats: false,
+        heating_scales_film: false,
         gas_k,
         emissivity: emissivity?,
         surroundings_k: surroundings_k?,
@@ -143,25 +143,25 @@ fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     })
 }
 
-fn blowing(written: Written<'_>, corrected: bool) -> Read<f64> {
+fn blowing(written: ValueReader<'_>, corrected: bool) -> ReadResult<f64> {
     written.require(OpenFace::checked_blowing(written.number()?, corrected))
 }
 
 /// Temperature of the radiative surroundings; room temperature by default.
-fn surroundings(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<Schedule> {
-    let room = || Ok(Schedule::constant(ROOM_K));
+fn surroundings(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<Schedule> {
+    let room = || Ok(Schedule::constant(ROOM_TEMPERATURE_K));
     section.optional("surroundings").map_or_else(room, |written| schedules.read(written, Dimension::Surroundings))
 }
 
-fn convective(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
+fn convective_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
     let film_w_m2_k = section.positive("coefficient", Dimension::Conductance);
-    let gas = section.required("gas", Dimension::Temperature.expectation());
+    let gas = section.required("gas", Dimension::Temperature.name_and_example());
     let gas_k = gas.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
     let surroundings_k = surroundings(section, schedules);
     Ok(OpenFace {
         film_w_m2_k: film_w_m2_k?,
-        film_heats: true,
+        heating_scales_film: true,
         gas_k: gas_k?,
         emissivity: emissivity?,
         surroundings_k: surroundings_k?,
@@ -169,10 +169,10 @@ fn convective(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace
     })
 }
 
-fn cooled(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
-    let film = section.required("coefficient", Dimension::Conductance.expectation());
+fn cooled_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
+    let film = section.required("coefficient", Dimension::Conductance.name_and_example());
     let film_w_m2_k = film.and_then(|written| written.not_negative(Dimension::Conductance));
-    let ambient = section.required("ambient", Dimension::Temperature.expectation());
+    let ambient = section.required("ambient", Dimension::Temperature.name_and_example());
     let gas_k = ambient.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
     let surroundings = section.optional("surroundings");
@@ -187,22 +187,22 @@ fn cooled(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     })
 }
 
-fn holder(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
+fn holder_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
     let film_w_m2_k = section.positive("conductance", Dimension::Conductance);
-    let temperature = section.required("temperature", Dimension::Temperature.expectation());
+    let temperature = section.required("temperature", Dimension::Temperature.name_and_example());
     let gas_k = temperature.and_then(|written| schedules.read(written, Dimension::Temperature));
     Ok(OpenFace { film_w_m2_k: film_w_m2_k?, gas_k: gas_k?, ..OpenFace::insulated() })
 }
 
-fn held(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<Face> {
-    let temperature = section.required("temperature", Dimension::Temperature.expectation())?;
+fn held_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<Face> {
+    let temperature = section.required("temperature", Dimension::Temperature.name_and_example())?;
     schedules.read(temperature, Dimension::Temperature).map(Face::Held)
 }
 
 /// The emissivity of the material by default.
-fn emissivity(section: &Section<'_>) -> Read<Emissivity> {
+fn emissivity(section: &TableReader<'_>) -> ReadResult<Emissivity> {
     let Some(written) = section.optional("emissivity") else {
         return Ok(Emissivity::Material);
     };
-    written.require(Emissivity::checked(written.quantity(Dimension::Fraction)?))
+    written.require(Emissivity::checked_constant(written.quantity(Dimension::Fraction)?))
 }

@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Largest file: twice the size of two million rows of a time and three values.
-pub(super) const LARGEST_BYTES: u64 = 64 << 20;
+pub(super) const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// A source of the files that a case names, by paths relative to the case file: `flux.csv`, `materials/felt.toml`.
 ///
@@ -37,7 +37,7 @@ pub(super) const LARGEST_BYTES: u64 = 64 << 20;
 /// assert!(error.to_string().contains("no such file: face.csv"));
 /// # Ok::<(), bondline::case::CaseError>(())
 /// ```
-pub trait Files {
+pub trait FileSource {
     /// The bytes of a file: UTF-8, or UTF-16 with a byte-order mark.
     ///
     /// # Errors
@@ -64,9 +64,9 @@ impl Folder {
     }
 }
 
-impl Files for Folder {
+impl FileSource for Folder {
     fn read(&self, path: &str) -> io::Result<Vec<u8>> {
-        bytes(&self.0.join(path))
+        read_bytes(&self.0.join(path))
     }
 
     fn contains(&self, path: &str) -> bool {
@@ -78,7 +78,7 @@ impl Files for Folder {
     }
 }
 
-impl Files for BTreeMap<String, String> {
+impl FileSource for BTreeMap<String, String> {
     fn read(&self, path: &str) -> io::Result<Vec<u8>> {
         let text = self.get(path).ok_or_else(|| io::Error::from(ErrorKind::NotFound))?;
         Ok(text.clone().into_bytes())
@@ -90,8 +90,8 @@ impl Files for BTreeMap<String, String> {
 }
 
 /// The bytes of a file, at most [`MAX_FILE_BYTES`] + 1: the caller rejects a longer one.
-pub(super) fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+pub(super) fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
+    File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }

@@ -1,80 +1,87 @@
 //! Gas transport: `decomposition` and `[gas]` of a case.
 
 use super::exposure::BackFace;
-use super::property::choice;
-use super::references::References;
-use super::written::{Section, Written};
-use crate::case::error::Read;
-use crate::case::gas::UNDRIVEN;
-use crate::case::{GasFlow, GasPath, Layup, Ply};
+use super::property::keyword;
+use super::references::ReferenceResolver;
+use super::spanned_toml::{TableReader, ValueReader};
+use crate::case::error::ReadResult;
+use crate::case::gas::BACK_PRESSURE_NEEDS_DARCY;
+use crate::case::{GasFlow, GasFlowModel, Layup, Ply};
 use std::sync::Arc;
 
 /// Default gas: of pyrolysis, and of a flow driven by pressure without pyrolysis.
-const MADE: &str = "pyrolysis";
-const BLOWN: &str = "air";
+const DEFAULT_PYROLYSIS_GAS: &str = "pyrolysis";
+const DEFAULT_DRIVEN_GAS: &str = "air";
 
 /// The layup; without `decomposition = true` all plies are inert.
-pub(super) fn reacting(top: &Section<'_>, layup: Read<Layup>) -> Read<Layup> {
+pub(super) fn apply_decomposition_key(top: &TableReader<'_>, layup: ReadResult<Layup>) -> ReadResult<Layup> {
     let written = top.optional("decomposition");
-    let reacts = written.map_or(Ok(false), Written::truth);
+    let reacts = written.map_or(Ok(false), ValueReader::boolean);
     let (mut layup, reacts) = (layup?, reacts?);
     if !reacts {
-        layup.plies.iter_mut().for_each(|ply| ply.material = ply.material.as_made());
-    } else if !layup.plies.iter().any(Ply::makes_gas) {
-        let fault = |written: Written<'_>| written.fault("no ply has a material with a [decomposition]");
-        return Err(written.map_or_else(|| top.fault("no ply decomposes"), fault));
+        layup.plies.iter_mut().for_each(|ply| ply.material = ply.material.without_decomposition());
+    } else if !layup.plies.iter().any(Ply::decomposes) {
+        let fault = |written: ValueReader<'_>| written.error("no ply has a material with a [decomposition]");
+        return Err(written.map_or_else(|| top.error("no ply decomposes"), fault));
     }
     Ok(layup)
 }
 
-/// Gas transport in the marched layup; `None` if no gas flows.
-pub(super) fn flow(
-    top: &Section<'_>,
-    references: &References<'_>,
+/// Gas transport in the marched layup; `Scalar` if no gas flows.
+pub(super) fn gas_flow(
+    top: &TableReader<'_>,
+    references: &ReferenceResolver<'_>,
     layup: Option<&Layup>,
     back: Option<&BackFace<'_>>,
-) -> Read<Option<GasFlow>> {
-    let is_made = layup.is_some_and(|layup| layup.plies.iter().any(Ply::makes_gas));
+) -> ReadResult<Option<GasFlow>> {
+    let is_made = layup.is_some_and(|layup| layup.plies.iter().any(Ply::decomposes));
     let written = top.optional("gas");
-    let section = written.map(Written::section).transpose()?;
+    let section = written.map(ValueReader::section).transpose()?;
     let back_pressure = back.and_then(|back| back.pressure.as_ref());
     let Some(section) = section else {
-        let back_pressure = back_pressure.map_or(Ok(()), |(_, written)| Err(written.fault(UNDRIVEN)));
+        let back_pressure = back_pressure.map_or(Ok(()), |(_, written)| Err(written.error(BACK_PRESSURE_NEEDS_DARCY)));
         return back_pressure
-            .and_then(|()| if is_made { standard(top, references, layup).map(Some) } else { Ok(None) });
+            .and_then(|()| if is_made { default_gas_flow(top, references, layup).map(Some) } else { Ok(None) });
     };
-    let known =
-        [("quasi-steady", GasPath::QuasiSteady), ("unhindered", GasPath::Unhindered), ("darcy", GasPath::Darcy)];
-    let path = choice(&section, "flow", &known);
+    let known = [
+        ("quasi-steady", GasFlowModel::QuasiSteady),
+        ("unhindered", GasFlowModel::Instantaneous),
+        ("darcy", GasFlowModel::Darcy),
+    ];
+    let path = keyword(&section, "flow", &known);
     let named = section.optional("gas");
     let gas = match named {
         Some(written) => references.gas(written),
-        None => references.default_gas(if is_made { MADE } else { BLOWN }),
+        None => references.default_gas(if is_made { DEFAULT_PYROLYSIS_GAS } else { DEFAULT_DRIVEN_GAS }),
     };
-    section.close();
+    section.deny_unknown_keys();
     let (path, gas) = (path?, gas?);
     let Some(layup) = layup else {
         return Ok(None);
     };
     match back_pressure {
-        Some((_, written)) if path != GasPath::Darcy => return Err(written.fault(UNDRIVEN)),
+        Some((_, written)) if path != GasFlowModel::Darcy => return Err(written.error(BACK_PRESSURE_NEEDS_DARCY)),
         _ => {}
     }
-    section.require(GasFlow::check_path(path, layup, back_pressure.is_some()))?;
-    let level = GasFlow::check_level(&gas, layup);
+    section.require(GasFlow::check_model(path, layup, back_pressure.is_some()))?;
+    let level = GasFlow::check_enthalpy_reference(&gas, layup);
     match named {
         Some(written) => written.require(level)?,
         None => section.require(level)?,
     }
-    Ok(Some(GasFlow { path, gas: Arc::new(gas) }))
+    Ok(Some(GasFlow { model: path, gas: Arc::new(gas) }))
 }
 
 /// Gas transport of a case with pyrolysis and without `[gas]`.
-fn standard(top: &Section<'_>, references: &References<'_>, layup: Option<&Layup>) -> Read<GasFlow> {
-    let gas = references.default_gas(MADE)?;
+fn default_gas_flow(
+    top: &TableReader<'_>,
+    references: &ReferenceResolver<'_>,
+    layup: Option<&Layup>,
+) -> ReadResult<GasFlow> {
+    let gas = references.default_gas(DEFAULT_PYROLYSIS_GAS)?;
     if let Some(layup) = layup {
-        let level = GasFlow::check_level(&gas, layup);
+        let level = GasFlow::check_enthalpy_reference(&gas, layup);
         top.require(level.map_err(|reason| format!("missing [gas]: {reason}")))?;
     }
-    Ok(GasFlow { path: GasPath::QuasiSteady, gas: Arc::new(gas) })
+    Ok(GasFlow { model: GasFlowModel::QuasiSteady, gas: Arc::new(gas) })
 }

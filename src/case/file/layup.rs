@@ -1,40 +1,40 @@
 //! `[[ply]]`, `contact_conductance` and `[[sensor]]`.
 
-use super::references::References;
-use super::written::{Section, Written, all};
-use crate::case::check::Names;
-use crate::case::error::Read;
-use crate::case::layup::{SAME_DEPTH_M, mm};
-use crate::case::nearest::suggestion;
+use super::references::ReferenceResolver;
+use super::spanned_toml::{TableReader, ValueReader, collect_all};
+use crate::case::error::ReadResult;
+use crate::case::layup::{DEPTH_TOLERANCE_M, rounded_mm};
+use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
+use crate::case::validation::UniqueNames;
 use crate::case::{Layup, Ply, Sensor, Side};
 
 /// A ply and its key `contact_below`.
-struct Layer {
+struct PlyEntry {
     ply: Ply,
     contact_below: Option<Option<f64>>,
 }
 
 /// The layup from its hot face down.
-pub(super) fn layup(case: &Section<'_>, references: &References<'_>) -> Read<Layup> {
+pub(super) fn layup(case: &TableReader<'_>, references: &ReferenceResolver<'_>) -> ReadResult<Layup> {
     let written = case.optional("contact_conductance");
-    let everywhere = written.map_or(Ok(None), contact);
-    let reacts = case.optional("decomposition").is_some_and(|written| written.truth().unwrap_or(true));
-    let sections = case.tables("ply")?;
+    let everywhere = written.map_or(Ok(None), contact_conductance);
+    let reacts = case.optional("decomposition").is_some_and(|written| written.boolean().unwrap_or(true));
+    let sections = case.array_of_tables("ply")?;
     if sections.is_empty() {
-        return Err(case.fault("no ply: expected at least one [[ply]]"));
+        return Err(case.error("no ply: expected at least one [[ply]]"));
     }
-    let names = names(&sections, "ply");
-    let layers = all(sections.iter().map(|section| layer(section, references, reacts)));
+    let names = check_unique_names(&sections, "ply");
+    let layers = collect_all(sections.iter().map(|section| ply_entry(section, references, reacts)));
     let (everywhere, layers, _) = (everywhere?, layers?, names?);
     let below = sections.last().and_then(|section| section.optional("contact_below"));
     if let Some(written) = below {
-        return Err(written.fault("`contact_below` needs a ply below: this is the last one"));
+        return Err(written.error("`contact_below` needs a ply below: this is the last one"));
     }
     let is_taken = layers[..layers.len() - 1].iter().any(|layer| layer.contact_below.is_none());
     if let (Some(written), Some(_), false) = (written, everywhere, is_taken) {
         let why = if layers.len() == 1 { "the layup has one ply" } else { "every ply has its own `contact_below`" };
-        return Err(written.fault(format!("`contact_conductance` applies to no interface: {why}")));
+        return Err(written.error(format!("`contact_conductance` applies to no interface: {why}")));
     }
     let contacts = layers[..layers.len() - 1].iter().map(|layer| layer.contact_below.unwrap_or(everywhere));
     Ok(Layup {
@@ -44,37 +44,37 @@ pub(super) fn layup(case: &Section<'_>, references: &References<'_>) -> Read<Lay
     })
 }
 
-/// A ply; `reacts` is the key `decomposition` of the case.
-fn layer(section: &Section<'_>, references: &References<'_>, reacts: bool) -> Read<Layer> {
-    let name = section.required("name", "a name such as \"OF1\"").and_then(Written::text);
-    let group = section.optional("group").map(Written::text).transpose();
+/// A ply; `check_decomposition` is the key `decomposition` of the case.
+fn ply_entry(section: &TableReader<'_>, references: &ReferenceResolver<'_>, reacts: bool) -> ReadResult<PlyEntry> {
+    let name = section.required("name", "a name such as \"OF1\"").and_then(ValueReader::text);
+    let group = section.optional("group").map(ValueReader::text).transpose();
     let thickness_m = section.positive("thickness", Dimension::Length);
     let material =
         section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| references.material(w));
-    let contact_below = section.optional("contact_below").map(contact).transpose();
+    let contact_below = section.optional("contact_below").map(contact_conductance).transpose();
     let decomposes = section.optional("decomposition");
-    let own = decomposes.map_or(Ok(true), Written::truth);
-    section.close();
+    let own = decomposes.map_or(Ok(true), ValueReader::boolean);
+    section.deny_unknown_keys();
     if let (Some(written), Ok(true), Ok(material)) = (decomposes, own, &material) {
         if material.decomposition.is_none() {
-            return Err(written.fault(format!("material {:?} has no [decomposition]", material.id)));
+            return Err(written.error(format!("material {:?} has no [decomposition]", material.id)));
         }
         if !reacts {
-            return Err(written.fault("`decomposition` of a ply needs `decomposition = true` of the case"));
+            return Err(written.error("`decomposition` of a ply needs `decomposition = true` of the case"));
         }
     }
     let (name, group, own) = (name?, group?, own?);
     let ply = Ply {
         name: name.to_owned(),
         group: group.unwrap_or(name).to_owned(),
-        material: if own { material? } else { material?.as_made() },
+        material: if own { material? } else { material?.without_decomposition() },
         thickness_m: thickness_m?,
     };
-    Ok(Layer { ply, contact_below: contact_below? })
+    Ok(PlyEntry { ply, contact_below: contact_below? })
 }
 
 /// A conductance, or `"perfect"`.
-fn contact(written: Written<'_>) -> Read<Option<f64>> {
+fn contact_conductance(written: ValueReader<'_>) -> ReadResult<Option<f64>> {
     if written.is_text() && written.text()? == "perfect" {
         return Ok(None);
     }
@@ -82,31 +82,33 @@ fn contact(written: Written<'_>) -> Read<Option<f64>> {
 }
 
 /// Require different names in a list of tables.
-pub(super) fn names(sections: &[Section<'_>], noun: &'static str) -> Read<()> {
-    let mut names = Names::of(noun);
+pub(super) fn check_unique_names(sections: &[TableReader<'_>], noun: &'static str) -> ReadResult<()> {
+    let mut names = UniqueNames::new(noun);
     let named = sections.iter().filter_map(|section| section.optional("name")).filter(|written| written.is_text());
-    all(named.map(|written| written.require(names.add(written.text()?)))).map(drop)
+    collect_all(named.map(|written| written.require(names.insert(written.text()?)))).map(drop)
 }
 
 /// The sensors in the order of the file. Without a valid layup only the keys are read.
-pub(super) fn sensors(case: &Section<'_>, layup: Option<&Layup>) -> Read<Vec<Sensor>> {
-    let sections = case.tables("sensor")?;
+pub(super) fn sensors(case: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Vec<Sensor>> {
+    let sections = case.array_of_tables("sensor")?;
     if sections.is_empty() {
-        return Err(case.fault("no sensor: expected at least one [[sensor]]"));
+        return Err(case.error("no sensor: expected at least one [[sensor]]"));
     }
-    let names = names(&sections, "sensor");
-    let sensors = all(sections.iter().map(|section| sensor(section, layup)));
+    let names = check_unique_names(&sections, "sensor");
+    let sensors = collect_all(sections.iter().map(|section| sensor(section, layup)));
     names.and(sensors)
 }
 
-fn sensor(section: &Section<'_>, layup: Option<&Layup>) -> Read<Sensor> {
+fn sensor(section: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Sensor> {
     let name = section.required("name", "a name such as \"TC1\"").and_then(sensor_name);
     let lag_s = section.optional("lag").map_or(Ok(0.0), |written| written.not_negative(Dimension::Time));
     let depth_m = match (section.optional("below"), section.optional("depth")) {
-        (Some(below), None) => below_ply(below, layup),
-        (None, Some(depth)) => depth.not_negative(Dimension::Length).and_then(|depth_m| on(depth_m, depth, layup)),
-        (Some(_), Some(depth)) => Err(depth.fault("expected `below` or `depth`, not both")),
-        (None, None) => Err(section.fault("a sensor needs `below = \"OF1\"` or `depth = \"5.72 mm\"`")),
+        (Some(below), None) => depth_below_ply_m(below, layup),
+        (None, Some(depth)) => {
+            depth.not_negative(Dimension::Length).and_then(|depth_m| snapped_depth_m(depth_m, depth, layup))
+        }
+        (Some(_), Some(depth)) => Err(depth.error("expected `below` or `depth`, not both")),
+        (None, None) => Err(section.error("a sensor needs `below = \"OF1\"` or `depth = \"5.72 mm\"`")),
     };
     let side = section.optional("side").map_or(Ok(Side::Both), |written| {
         let side = side(written)?;
@@ -115,69 +117,74 @@ fn sensor(section: &Section<'_>, layup: Option<&Layup>) -> Read<Sensor> {
             _ => Ok(side),
         }
     });
-    section.close();
+    section.deny_unknown_keys();
     Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, lag_s: lag_s? })
 }
 
-fn side(written: Written<'_>) -> Read<Side> {
+fn side(written: ValueReader<'_>) -> ReadResult<Side> {
     match written.text()? {
         "above" => Ok(Side::Above),
         "below" => Ok(Side::Below),
         "both" => Ok(Side::Both),
-        other => Err(written.fault(format!("expected above, below or both, found {other:?}"))),
+        other => Err(written.error(format!("expected above, below or both, found {other:?}"))),
     }
 }
 
-fn sensor_name(written: Written<'_>) -> Read<String> {
+fn sensor_name(written: ValueReader<'_>) -> ReadResult<String> {
     written.require(Sensor::checked_name(written.text()?)).map(str::to_owned)
 }
 
-fn below_ply(written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
+fn depth_below_ply_m(written: ValueReader<'_>, layup: Option<&Layup>) -> ReadResult<f64> {
     let name = written.text()?;
     let Some(layup) = layup else {
         return Ok(0.0);
     };
     let found = layup.plies.iter().position(|ply| ply.name == name);
     let known = layup.plies.iter().map(|ply| ply.name.as_str());
-    let ply = found.ok_or_else(|| written.fault(format!("unknown ply {name:?}{}", suggestion(name, known))))?;
+    let ply = found.ok_or_else(|| written.error(format!("unknown ply {name:?}{}", suggestion(name, known))))?;
     Ok(layup.faces_m()[ply])
 }
 
 /// A depth within the layup, moved onto a face within a micrometre.
-fn on(depth_m: f64, written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
-    layup.map_or(Ok(depth_m), |layup| written.require(layup.depth_m(depth_m)))
+fn snapped_depth_m(depth_m: f64, written: ValueReader<'_>, layup: Option<&Layup>) -> ReadResult<f64> {
+    layup.map_or(Ok(depth_m), |layup| written.require(layup.checked_depth_m(depth_m)))
 }
 
 /// The depth of a held face, given by a sensor or as a depth.
-pub(super) fn held_at(written: Written<'_>, layup: &Layup, sensors: &[Sensor]) -> Read<f64> {
+pub(super) fn held_face_depth_m(written: ValueReader<'_>, layup: &Layup, sensors: &[Sensor]) -> ReadResult<f64> {
     let text = written.text()?;
     let depth_m = if let Some(sensor) = sensors.iter().find(|sensor| sensor.name == text) {
         sensor.depth_m
     } else if text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
-        on(written.not_negative(Dimension::Length)?, written, Some(layup))?
+        snapped_depth_m(written.not_negative(Dimension::Length)?, written, Some(layup))?
     } else {
         let known = sensors.iter().map(|sensor| sensor.name.as_str());
         let hint = suggestion(text, known);
-        return Err(written.fault(format!("expected a sensor or a depth, found {text:?}{hint}")));
+        return Err(written.error(format!("expected a sensor or a depth, found {text:?}{hint}")));
     };
-    if depth_m >= layup.back_m() - SAME_DEPTH_M {
-        let [depth, back] = [depth_m, layup.back_m()].map(mm);
-        return Err(written.fault(format!("expected a depth above the back face at {back} mm, found {depth} mm")));
+    if depth_m >= layup.back_m() - DEPTH_TOLERANCE_M {
+        let [depth, back] = [depth_m, layup.back_m()].map(rounded_mm);
+        return Err(written.error(format!("expected a depth above the back face at {back} mm, found {depth} mm")));
     }
     Ok(depth_m)
 }
 
 /// The layup and its sensors below a face held at a depth. A sensor above it is an error.
-pub(super) fn below(layup: Layup, sensors: Vec<Sensor>, depth_m: f64, face: Written<'_>) -> Read<(Layup, Vec<Sensor>)> {
-    let layup = layup.below(depth_m);
-    let sensors = all(sensors.into_iter().map(|sensor| {
+pub(super) fn part_below_held_face(
+    layup: Layup,
+    sensors: Vec<Sensor>,
+    depth_m: f64,
+    face: ValueReader<'_>,
+) -> ReadResult<(Layup, Vec<Sensor>)> {
+    let layup = layup.part_below(depth_m);
+    let sensors = collect_all(sensors.into_iter().map(|sensor| {
         if sensor.depth_m < depth_m {
-            let (lies, held) = (mm(sensor.depth_m), mm(depth_m));
+            let (lies, held) = (rounded_mm(sensor.depth_m), rounded_mm(depth_m));
             let name = &sensor.name;
-            return Err(face.fault(format!("sensor {name:?} at {lies} mm lies above the held face at {held} mm")));
+            return Err(face.error(format!("sensor {name:?} at {lies} mm lies above the held face at {held} mm")));
         }
         // The depths of the remaining faces are summed again and may differ in the last bit.
-        Ok(Sensor { depth_m: layup.on_face_m(sensor.depth_m), ..sensor })
+        Ok(Sensor { depth_m: layup.snap_to_face_m(sensor.depth_m), ..sensor })
     }))?;
     Ok((layup, sensors))
 }

@@ -16,25 +16,25 @@ mod observation;
 mod property;
 mod references;
 mod schedule;
-mod sheet;
-mod source;
+mod spanned_toml;
+mod table_file;
 #[cfg(test)]
 mod tests;
-mod written;
+mod text_file;
 
-pub use files::{Files, Folder};
+pub use files::{FileSource, Folder};
 
-use super::builder::{CaseBuilder, paper_figure};
-use super::error::{CaseError, Faults, Place, Read};
-use super::gas::UNBLOWN;
-use super::scope::FactorScope;
+use super::builder::{CaseBuilder, checked_figure_number};
+use super::error::{CaseError, Diagnostics, ReadResult, SourceLocation};
+use super::factor_targets::FactorTargets;
+use super::gas::BLOWING_NEEDS_GAS;
 use super::unit::Dimension;
 use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
 use exposure::{BackFace, HotFace};
-use references::{References, named_gas, named_material};
-use schedule::{Initial, Schedules};
+use references::{ReferenceResolver, built_in_gas_named, built_in_material_named};
+use schedule::{InitialTemperature, ScheduleReader};
+use spanned_toml::{SpannedValue, TableReader, ValueReader};
 use std::path::{Path, PathBuf};
-use written::{Node, Section, Written};
 
 impl Case {
     /// Read a case file, or the `case.toml` of a folder.
@@ -54,13 +54,15 @@ impl Case {
     /// # Errors
     /// As [`Case::load`]; an error of an override names the override.
     pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        let diagnostics = Faults::default();
-        let case = located(path, &diagnostics).and_then(|file| {
+        let diagnostics = Diagnostics::default();
+        let case = case_file_path(path, &diagnostics).and_then(|file| {
             let mut root = document(&file, &diagnostics)?;
-            written::all(overrides.iter().map(|(name, value)| set(&mut root, name, value, &diagnostics)))?;
-            read(&root, &Folder::new(file.parent().unwrap_or(Path::new("."))), id(&file), &diagnostics)
+            spanned_toml::collect_all(
+                overrides.iter().map(|(name, value)| apply_override(&mut root, name, value, &diagnostics)),
+            )?;
+            read_document(&root, &Folder::new(file.parent().unwrap_or(Path::new("."))), file_id(&file), &diagnostics)
         });
-        diagnostics.settle(case)?.build()
+        diagnostics.into_result(case)?.build()
     }
 
     /// Read a case from the text of a case file. `id` names it in messages and output; `files` provides the files that
@@ -68,17 +70,22 @@ impl Case {
     ///
     /// # Errors
     /// All errors of the text and of the files that it names, each with line and column.
-    pub fn from_toml(text: &str, id: &str, files: &dyn Files) -> Result<Self, CaseError> {
-        let diagnostics = Faults::default();
-        let case =
-            Node::document(text, id, &diagnostics).and_then(|root| read(&root, files, id.to_owned(), &diagnostics));
-        diagnostics.settle(case)?.build()
+    pub fn from_toml(text: &str, id: &str, files: &dyn FileSource) -> Result<Self, CaseError> {
+        let diagnostics = Diagnostics::default();
+        let case = SpannedValue::parse_document(text, id, &diagnostics)
+            .and_then(|root| read_document(&root, files, id.to_owned(), &diagnostics));
+        diagnostics.into_result(case)?.build()
     }
 }
 
 /// The content of a document. Errors of single values are recorded here; the builder then validates the whole case.
-fn read(root: &Node, files: &dyn Files, id: String, diagnostics: &Faults) -> Read<CaseBuilder> {
-    case(&root.read(diagnostics).section()?, &References::new(files, diagnostics), id)
+fn read_document(
+    root: &SpannedValue,
+    files: &dyn FileSource,
+    id: String,
+    diagnostics: &Diagnostics,
+) -> ReadResult<CaseBuilder> {
+    read_case(&root.reader(diagnostics).section()?, &ReferenceResolver::new(files, diagnostics), id)
 }
 
 impl Material {
@@ -87,10 +94,10 @@ impl Material {
     /// # Errors
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
-        let diagnostics = Faults::default();
+        let diagnostics = Diagnostics::default();
         let material =
-            document(path, &diagnostics).and_then(|root| material::material(root.read(&diagnostics), id(path)));
-        diagnostics.settle(material)
+            document(path, &diagnostics).and_then(|root| material::material(root.reader(&diagnostics), file_id(path)));
+        diagnostics.into_result(material)
     }
 
     /// A material of the built-in database; `-` equals `_` in the id.
@@ -98,9 +105,9 @@ impl Material {
     /// # Errors
     /// The id is unknown; the message suggests a similar one or lists the known ones.
     pub fn named(id: &str) -> Result<Self, CaseError> {
-        let diagnostics = Faults::default();
-        let material = named_material(id, &diagnostics);
-        diagnostics.settle(material)
+        let diagnostics = Diagnostics::default();
+        let material = built_in_material_named(id, &diagnostics);
+        diagnostics.into_result(material)
     }
 }
 
@@ -110,9 +117,9 @@ impl Gas {
     /// # Errors
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
-        let diagnostics = Faults::default();
-        let gas = document(path, &diagnostics).and_then(|root| gas::gas(root.read(&diagnostics), id(path)));
-        diagnostics.settle(gas)
+        let diagnostics = Diagnostics::default();
+        let gas = document(path, &diagnostics).and_then(|root| gas::gas(root.reader(&diagnostics), file_id(path)));
+        diagnostics.into_result(gas)
     }
 
     /// A gas of the built-in database; `-` equals `_` in the id.
@@ -120,18 +127,18 @@ impl Gas {
     /// # Errors
     /// The id is unknown; the message suggests a similar one or lists the known ones.
     pub fn named(id: &str) -> Result<Self, CaseError> {
-        let diagnostics = Faults::default();
-        let gas = named_gas(id, &diagnostics);
-        diagnostics.settle(gas)
+        let diagnostics = Diagnostics::default();
+        let gas = built_in_gas_named(id, &diagnostics);
+        diagnostics.into_result(gas)
     }
 }
 
-fn document(file: &Path, diagnostics: &Faults) -> Read<Node> {
-    source::document(files::bytes(file), &file.display().to_string(), diagnostics)
+fn document(file: &Path, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
+    text_file::parse_toml_file(files::read_bytes(file), &file.display().to_string(), diagnostics)
 }
 
 /// The case file of a path, which may be a folder.
-fn located(path: &Path, diagnostics: &Faults) -> Read<PathBuf> {
+fn case_file_path(path: &Path, diagnostics: &Diagnostics) -> ReadResult<PathBuf> {
     if !path.is_dir() {
         return Ok(path.to_owned());
     }
@@ -139,11 +146,12 @@ fn located(path: &Path, diagnostics: &Faults) -> Read<PathBuf> {
     if file.is_file() {
         return Ok(file);
     }
-    Err(diagnostics.record(&Place::whole(path.display().to_string()), "the folder contains no case.toml"))
+    Err(diagnostics
+        .record(&SourceLocation::without_line(path.display().to_string()), "the folder contains no case.toml"))
 }
 
 /// The name of the folder of a `case.toml`, else the name of the file without its extension.
-fn id(file: &Path) -> String {
+fn file_id(file: &Path) -> String {
     let whole = file.canonicalize().unwrap_or_else(|_| file.to_owned());
     let named = match whole.file_name() {
         Some(name) if name == "case.toml" => whole.parent().and_then(Path::file_name),
@@ -153,54 +161,56 @@ fn id(file: &Path) -> String {
 }
 
 /// Override a key of the document.
-fn set(root: &mut Node, name: &str, value: &str, diagnostics: &Faults) -> Read<()> {
+fn apply_override(root: &mut SpannedValue, name: &str, value: &str, diagnostics: &Diagnostics) -> ReadResult<()> {
     let shown = format!("--set {name}={value}");
     let mut path: Vec<&str> = name.split('.').collect();
-    let factors = root.get("factor").map_or(&[][..], Node::items);
+    let factors = root.get("factor").map_or(&[][..], SpannedValue::items);
     if factors.iter().any(|factor| factor.name() == Some(path[0])) {
         if root.get(path[0]).is_some() {
             let message =
                 format!("{0:?} is both a factor and a key: set factor.{0}.nominal, or rename the factor", path[0]);
-            return Err(diagnostics.record(&Place::whole(shown), message));
+            return Err(diagnostics.record(&SourceLocation::without_line(shown), message));
         }
         path.insert(0, "factor");
         if path.len() == 2 {
             path.push("nominal");
         }
     }
-    root.set(&path, Node::inline(value, &shown)).map_err(|message| diagnostics.record(&Place::whole(shown), message))
+    root.set(&path, SpannedValue::parse_override(value, &shown))
+        .map_err(|message| diagnostics.record(&SourceLocation::without_line(shown), message))
 }
 
 /// All parts are read before the first `?`, so that no error hides another.
-fn case(top: &Section<'_>, references: &References<'_>, id: String) -> Read<CaseBuilder> {
+fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: String) -> ReadResult<CaseBuilder> {
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
     let duration_s = top.positive("duration", Dimension::Time);
-    let schedules = Schedules { references, duration_s: duration_s.ok() };
+    let schedules = ScheduleReader { references, duration_s: duration_s.ok() };
     let atmosphere = || Ok(Schedule::constant(101_325.0));
     let pressure = top.optional("pressure");
     let pressure_pa = pressure.map_or_else(atmosphere, |written| exposure::pressure(written, &schedules));
-    let initial = top.required("initial_temperature", Dimension::Temperature.expectation());
-    let initial = initial.and_then(Initial::read);
-    let layup = gas_flow::reacting(top, layup::layup(top, references));
+    let initial = top.required("initial_temperature", Dimension::Temperature.name_and_example());
+    let initial = initial.and_then(InitialTemperature::read);
+    let layup = gas_flow::apply_decomposition_key(top, layup::layup(top, references));
     let sensors = layup::sensors(top, layup.as_ref().ok());
     let hot_face = exposure::hot_face(top, &schedules, layup.as_ref().ok(), sensors.as_deref().ok());
     let back_face = exposure::back_face(top, &schedules);
-    let holder = exposure::around(top, &schedules);
+    let holder = exposure::lateral_holder(top, &schedules);
     let observations = observation::observations(top, references, sensors.as_deref().ok(), duration_s);
     let blowing = hot_face.as_ref().ok().and_then(|face| face.blowing);
-    let marched = marched(layup, sensors.clone(), hot_face);
+    let marched = marched_layup(layup, sensors.clone(), hot_face);
     let covered = marched.as_ref().ok().zip(initial.as_ref().ok());
     let covered = covered.map_or(Ok(()), |((layup, ..), initial)| initial.check(layup.origin_m, layup.back_m()));
-    let gas = gas_flow::flow(top, references, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
+    let gas =
+        gas_flow::gas_flow(top, references, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
     let blown = match (blowing, &marched, &gas) {
-        (Some(written), Ok(_), Ok(None)) => Err(written.fault(UNBLOWN)),
+        (Some(written), Ok(_), Ok(None)) => Err(written.error(BLOWING_NEEDS_GAS)),
         _ => Ok(()),
     };
     let scope = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
     let scope = scope.map(|(((layup, sensors, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
-        let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.path), holder.is_some());
-        FactorScope { layup, hot_face, back_face, gas_path, has_holder, sensors }
+        let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.model), holder.is_some());
+        FactorTargets { layup, hot_face, back_face, gas_path, has_holder, sensors }
     });
     let factors = factor::factors(top, scope);
     let correlation = factor::correlation(top, factors.as_deref().ok());
@@ -208,7 +218,7 @@ fn case(top: &Section<'_>, references: &References<'_>, id: String) -> Read<Case
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
     let paper_figures = paper_figures(top);
     let resolution = resolution(top, plies, duration_s);
-    top.close();
+    top.deny_unknown_keys();
 
     covered.and(blown)?;
     let (layup, sensors, hot_face) = marched?;
@@ -240,31 +250,31 @@ fn case(top: &Section<'_>, references: &References<'_>, id: String) -> Read<Case
 }
 
 /// The marched layup with its sensors: the part below the held face, if there is one in depth.
-fn marched(
-    layup: Read<Layup>,
-    sensors: Read<Vec<Sensor>>,
-    hot_face: Read<HotFace<'_>>,
-) -> Read<(Layup, Vec<Sensor>, Face)> {
+fn marched_layup(
+    layup: ReadResult<Layup>,
+    sensors: ReadResult<Vec<Sensor>>,
+    hot_face: ReadResult<HotFace<'_>>,
+) -> ReadResult<(Layup, Vec<Sensor>, Face)> {
     let (layup, sensors, hot_face) = (layup?, sensors?, hot_face?);
-    let (layup, sensors) = match hot_face.held {
-        Some((depth_m, at)) => layup::below(layup, sensors, depth_m, at)?,
+    let (layup, sensors) = match hot_face.held_depth {
+        Some((depth_m, at)) => layup::part_below_held_face(layup, sensors, depth_m, at)?,
         None => (layup, sensors),
     };
     Ok((layup, sensors, hot_face.face))
 }
 
 /// Report figures that reproduce figures of the paper: one or more numbers under the name of each.
-fn paper_figures(top: &Section<'_>) -> Read<Vec<(String, Vec<usize>)>> {
+fn paper_figures(top: &TableReader<'_>) -> ReadResult<Vec<(String, Vec<usize>)>> {
     let Some(written) = top.optional("paper_figures") else { return Ok(Vec::new()) };
-    let number = |written: Written<'_>| written.require(paper_figure(written.number()?));
-    written::all(written.section()?.others().into_iter().map(|(figure, written)| {
+    let number = |written: ValueReader<'_>| written.require(checked_figure_number(written.number()?));
+    spanned_toml::collect_all(written.section()?.unread_keys().into_iter().map(|(figure, written)| {
         let numbers = if written.is_list() { written.list()? } else { vec![written] };
-        Ok((figure.to_owned(), written::all(numbers.into_iter().map(number))?))
+        Ok((figure.to_owned(), spanned_toml::collect_all(numbers.into_iter().map(number))?))
     }))
 }
 
 /// `[resolution]`; without cells and time steps both are adapted to the tolerance.
-fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Resolution> {
+fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) -> ReadResult<Resolution> {
     let standard = Resolution::default();
     let Some(written) = top.optional("resolution") else {
         return Ok(standard);
@@ -279,7 +289,7 @@ fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Re
     let tolerance_k =
         match (tolerance, stated) {
             (Some(written), Some(key)) => Err(written
-                .fault(format!("expected `tolerance` or {key:?}, not both: a tolerance sets cells and time steps"))),
+                .error(format!("expected `tolerance` or {key:?}, not both: a tolerance sets cells and time steps"))),
             (Some(written), None) => written.positive(Dimension::TemperatureDifference).map(Some),
             (None, Some(_)) => Ok(None),
             (None, None) => Ok(standard.tolerance_k),
@@ -290,17 +300,17 @@ fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Re
     let first_step_s = section.positive_or("first_step", Dimension::Time, standard.first_step_s);
     let largest_step_s = section.positive_or("largest_step", Dimension::Time, standard.largest_step_s);
     let every = section.optional("every");
-    let every_s = every.map_or(Ok(standard.every_s), |written| {
+    let every_s = every.map_or(Ok(standard.output_interval_s), |written| {
         let every_s = written.positive(Dimension::Time)?;
-        written.require(Resolution::checked_every_s(every_s, duration_s.unwrap_or(0.0)))
+        written.require(Resolution::checked_output_interval_s(every_s, duration_s.unwrap_or(0.0)))
     });
-    section.close();
+    section.deny_unknown_keys();
     Ok(Resolution {
         tolerance_k: tolerance_k?,
         cells: cells?,
         first_step_s: first_step_s?,
         growth: growth?,
         largest_step_s: largest_step_s?,
-        every_s: every_s?,
+        output_interval_s: every_s?,
     })
 }

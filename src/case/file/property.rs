@@ -1,21 +1,21 @@
 //! Keys that material and gas files share: tables over temperature and pressure, pores, provenance.
 
-use super::written::{Section, Written, all};
-use crate::case::error::Read;
-use crate::case::nearest::suggestion;
-use crate::case::unit::{Dimension, conversion};
-use crate::case::{Conductivity, Mark, OutOfRange, Parts, Pores, Provenance, Table};
+use super::spanned_toml::{TableReader, ValueReader, collect_all};
+use crate::case::error::ReadResult;
+use crate::case::suggestion::suggestion;
+use crate::case::unit::{Dimension, unit_conversion};
+use crate::case::{Conductivity, OutOfRange, Pores, Provenance, SourceKind, Table, ThreePartConductivity};
 
 /// Klinkenberg slip of air, `b r/T` with `b = 4 λp/r`, Pa m/K, and λ from
 /// [`air_mean_free_path_m`](crate::case::air::air_mean_free_path_m).
-const SLIP_PA_M_K: f64 = 9.332e-5;
+const SLIP_COEFFICIENT_PA_M_K: f64 = 9.332e-5;
 
 /// A table, a table per pressure, or three parts; the density converts a specific extinction.
-pub(super) fn conductivity(section: &Section<'_>, density_kg_m3: f64) -> Read<Conductivity> {
+pub(super) fn conductivity(section: &TableReader<'_>, density_kg_m3: f64) -> ReadResult<Conductivity> {
     if let Some(written) = section.optional("at") {
-        pressures(written).map(Conductivity::Tables)
+        tables_by_pressure(written).map(Conductivity::Tables)
     } else if section.optional("solid").is_some() {
-        parts(section, density_kg_m3).map(Conductivity::Parts)
+        three_part_conductivity(section, density_kg_m3).map(Conductivity::ThreePart)
     } else {
         // A single table holds at all pressures: the value of its pressure has no effect.
         table(section, Dimension::Conductivity).map(|table| Conductivity::Tables(vec![(101_325.0, table)]))
@@ -23,34 +23,34 @@ pub(super) fn conductivity(section: &Section<'_>, density_kg_m3: f64) -> Read<Co
 }
 
 /// `[[conductivity.at]]`: a table per pressure.
-fn pressures(written: Written<'_>) -> Read<Vec<(f64, Table)>> {
+fn tables_by_pressure(written: ValueReader<'_>) -> ReadResult<Vec<(f64, Table)>> {
     let mut last_pa = 0.0;
-    all(written.list()?.into_iter().map(|written| {
+    collect_all(written.list()?.into_iter().map(|written| {
         let section = written.section()?;
         let pressure_pa = section.positive("pressure", Dimension::Pressure);
         let table = table(&section, Dimension::Conductivity);
-        section.close();
-        last_pa = section.require(Conductivity::next_pa(last_pa, pressure_pa?))?;
+        section.deny_unknown_keys();
+        last_pa = section.require(Conductivity::checked_next_pressure_pa(last_pa, pressure_pa?))?;
         Ok((last_pa, table?))
     }))
 }
 
-fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
-    let solid = section.required("solid", Dimension::Conductivity.expectation());
+fn three_part_conductivity(section: &TableReader<'_>, density_kg_m3: f64) -> ReadResult<ThreePartConductivity> {
+    let solid = section.required("solid", Dimension::Conductivity.name_and_example());
     let solid_w_m_k = solid.and_then(|written| written.not_negative(Dimension::Conductivity));
-    let solid_exponent = section.optional("solid_exponent").map_or(Ok(0.0), Written::number);
-    let pores = section.tables("pores").and_then(|pores| {
-        all(pores.iter().map(|pore| {
+    let solid_exponent = section.optional("solid_exponent").map_or(Ok(0.0), ValueReader::number);
+    let pores = section.array_of_tables("pores").and_then(|pores| {
+        collect_all(pores.iter().map(|pore| {
             let share = pore.positive("share", Dimension::Fraction);
             let length_m = pore.positive("length", Dimension::Length);
-            pore.close();
+            pore.deny_unknown_keys();
             Ok((share?, length_m?))
         }))
     });
     let extinction = section.optional("extinction").map(|written| written.positive(Dimension::Extinction));
     let specific = section.optional("specific_extinction");
     let extinction_1_m = match (extinction, specific) {
-        (Some(_), Some(written)) => Err(written.fault("expected `extinction` or `specific_extinction`, not both")),
+        (Some(_), Some(written)) => Err(written.error("expected `extinction` or `specific_extinction`, not both")),
         (Some(extinction), None) => extinction.map(Some),
         (None, Some(written)) => {
             written.positive(Dimension::SpecificExtinction).map(|specific| Some(specific * density_kg_m3))
@@ -60,9 +60,9 @@ fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
     let range = section.required("range", "temperatures such as [\"250 K\", \"1400 K\"]").and_then(|written| {
         let [low, high] = written.pair()?;
         let (low, high) = (low.quantity(Dimension::Temperature)?, high.quantity(Dimension::Temperature)?);
-        written.require(Parts::checked_range_k((low, high)))
+        written.require(ThreePartConductivity::checked_range_k((low, high)))
     });
-    Ok(Parts {
+    Ok(ThreePartConductivity {
         solid_w_m_k: solid_w_m_k?,
         solid_exponent: solid_exponent?,
         pores: pores?,
@@ -73,19 +73,21 @@ fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
 }
 
 /// `value = "900 J/kg/K"`, or lists `temperatures_k` and `values` with a `unit`.
-pub(super) fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> {
+pub(super) fn table(section: &TableReader<'_>, dimension: Dimension) -> ReadResult<Table> {
     if let Some(written) = section.optional("value") {
         let value = written.quantity(dimension)?;
-        return written.require(Table::property_value(value, dimension)).map(Table::constant);
+        return written.require(Table::checked_value(value, dimension)).map(Table::constant);
     }
     let temperatures = section.required("temperatures_k", "a list of temperatures in K, or a key `value`");
-    let temperatures_k = temperatures.and_then(numbers).and_then(rising);
+    let temperatures_k = temperatures.and_then(numbers).and_then(increasing_temperatures);
     let outside = section.required("outside", "clamp, extrapolate or error").and_then(outside);
     let scale = match section.optional("unit") {
         None if dimension == Dimension::Fraction => Ok(1.0),
-        None => Err(section.fault(format!("missing key \"unit\": expected the unit of {}", dimension.expectation()))),
+        None => {
+            Err(section.error(format!("missing key \"unit\": expected the unit of {}", dimension.name_and_example())))
+        }
         Some(written) => {
-            written.text().and_then(|unit| written.require(conversion(unit, dimension).map(|(scale, _)| scale)))
+            written.text().and_then(|unit| written.require(unit_conversion(unit, dimension).map(|(scale, _)| scale)))
         }
     };
     let listed = section.required("values", "a list of values, one per temperature");
@@ -93,82 +95,90 @@ pub(super) fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> 
     let (temperatures_k, outside, scale, values) = (temperatures_k?, outside?, scale?, values?);
     let si = values.iter().map(|(value, _)| value * scale).collect();
     let table = listed?.require(Table::new(temperatures_k, si, outside))?;
-    all(values.into_iter().map(|(value, written)| written.require(Table::property_value(value * scale, dimension))))?;
+    collect_all(
+        values.into_iter().map(|(value, written)| written.require(Table::checked_value(value * scale, dimension))),
+    )?;
     Ok(table)
 }
 
-fn numbers(written: Written<'_>) -> Read<Vec<(f64, Written<'_>)>> {
-    all(written.list()?.into_iter().map(|each| Ok((each.number()?, each))))
+fn numbers(written: ValueReader<'_>) -> ReadResult<Vec<(f64, ValueReader<'_>)>> {
+    collect_all(written.list()?.into_iter().map(|each| Ok((each.number()?, each))))
 }
 
-fn rising(temperatures_k: Vec<(f64, Written<'_>)>) -> Read<Vec<f64>> {
+fn increasing_temperatures(temperatures_k: Vec<(f64, ValueReader<'_>)>) -> ReadResult<Vec<f64>> {
     let mut last_k = 0.0;
-    all(temperatures_k.into_iter().map(|(temperature_k, written)| {
-        last_k = written.require(Table::next_k(last_k, temperature_k))?;
+    collect_all(temperatures_k.into_iter().map(|(temperature_k, written)| {
+        last_k = written.require(Table::checked_next_temperature_k(last_k, temperature_k))?;
         Ok(last_k)
     }))
 }
 
-fn outside(written: Written<'_>) -> Read<OutOfRange> {
+fn outside(written: ValueReader<'_>) -> ReadResult<OutOfRange> {
     match written.text()? {
         "clamp" => Ok(OutOfRange::Clamp),
         "extrapolate" => Ok(OutOfRange::Extrapolate),
-        "error" => Ok(OutOfRange::Refuse),
-        other => Err(written.fault(format!("expected clamp, extrapolate or error, found {other:?}"))),
+        "error" => Ok(OutOfRange::Error),
+        other => Err(written.error(format!("expected clamp, extrapolate or error, found {other:?}"))),
     }
 }
 
 /// `[pores]`; a residue inherits missing keys from the virgin material.
-pub(super) fn pores(section: &Section<'_>, virgin: Option<Pores>) -> Read<Pores> {
+pub(super) fn pores(section: &TableReader<'_>, virgin: Option<Pores>) -> ReadResult<Pores> {
     let porosity = match (section.optional("porosity"), virgin) {
         (Some(written), _) => porosity(written),
         (None, Some(virgin)) => Ok(virgin.porosity),
-        (None, None) => Err(section.fault("missing key \"porosity\": expected a volume fraction such as 0.9")),
+        (None, None) => Err(section.error("missing key \"porosity\": expected a volume fraction such as 0.9")),
     };
     let permeability = match (section.optional("permeability"), virgin) {
         (Some(written), _) => written.not_negative(Dimension::Permeability),
         (None, Some(virgin)) => Ok(virgin.permeability_m2),
-        (None, None) => section.required("permeability", Dimension::Permeability.expectation()).map(|_| 0.0),
+        (None, None) => section.required("permeability", Dimension::Permeability.name_and_example()).map(|_| 0.0),
     };
-    let slip = section.optional("pore_radius").map(|written| Ok(SLIP_PA_M_K / written.positive(Dimension::Length)?));
-    let inertia = section.optional("inertia").map(|written| written.not_negative(Dimension::Inertia));
-    let virgin = virgin.unwrap_or(Pores::SEALED);
+    let slip = section
+        .optional("pore_radius")
+        .map(|written| Ok(SLIP_COEFFICIENT_PA_M_K / written.positive(Dimension::Length)?));
+    let inertia = section.optional("inertia").map(|written| written.not_negative(Dimension::InertialCoefficient));
+    let virgin = virgin.unwrap_or(Pores::IMPERMEABLE);
     let pores = Pores {
         porosity: porosity?,
         permeability_m2: permeability?,
         slip_pa_k: slip.unwrap_or(Ok(virgin.slip_pa_k))?,
         inertia_1_m: inertia.unwrap_or(Ok(virgin.inertia_1_m))?,
     };
-    section.require(pores.passable())
+    section.require(pores.check_permeable())
 }
 
-fn porosity(written: Written<'_>) -> Read<f64> {
+fn porosity(written: ValueReader<'_>) -> ReadResult<f64> {
     written.require(Pores::checked_porosity(written.quantity(Dimension::Fraction)?))
 }
 
 /// The value of a key with a fixed set of words; the first one by default.
-pub(super) fn choice<T: Copy>(section: &Section<'_>, key: &'static str, known: &[(&'static str, T)]) -> Read<T> {
+pub(super) fn keyword<T: Copy>(
+    section: &TableReader<'_>,
+    key: &'static str,
+    known: &[(&'static str, T)],
+) -> ReadResult<T> {
     let Some(written) = section.optional(key) else {
         return Ok(known[0].1);
     };
     let word = written.text()?;
     let words = || known.iter().map(|(word, _)| *word);
     let found = known.iter().find(|(known, _)| *known == word).map(|&(_, value)| value);
-    found.ok_or_else(|| written.fault(format!("unknown {key} {word:?}{}", suggestion(word, words()))))
+    found.ok_or_else(|| written.error(format!("unknown {key} {word:?}{}", suggestion(word, words()))))
 }
 
 /// Provenance. `uncertainty` is the half-width of the 95 % interval in the file and one standard deviation, half of it,
 /// here.
-pub(super) fn provenance(section: &Section<'_>) -> Read<Provenance> {
+pub(super) fn provenance(section: &TableReader<'_>) -> ReadResult<Provenance> {
     let mark = section.required("mark", "read, remembered, estimated or paper").and_then(|written| {
         let mark = written.text()?;
         let known = "expected read, remembered, estimated or paper";
-        Mark::named(mark).ok_or_else(|| written.fault(format!("{known}, found {mark:?}")))
+        SourceKind::named(mark).ok_or_else(|| written.error(format!("{known}, found {mark:?}")))
     });
     let source = section
         .required("source", "the publication, the supplier, or the basis of the estimate")
-        .and_then(Written::text);
+        .and_then(ValueReader::text);
     let uncertainty = section.required("uncertainty", "a relative uncertainty such as \"30 %\"");
     let uncertainty = uncertainty.and_then(|written| written.not_negative(Dimension::Fraction));
-    Ok(Provenance { mark: mark?, source: source?.to_owned(), relative_uncertainty: uncertainty? / 2.0 })
+    Ok(Provenance { source_kind: mark?, source: source?.to_owned(), relative_uncertainty: uncertainty? / 2.0 })
 }

@@ -96,7 +96,7 @@ fn errors(name: &str, from: &str, to: &str) -> Vec<String> {
     let path = scratch.write("case.toml", VALID_CASE.replacen(from, to, 1));
     match Case::load(&path) {
         Ok(_) => Vec::new(),
-        Err(error) => error.faults.iter().map(ToString::to_string).collect(),
+        Err(error) => error.diagnostics.iter().map(ToString::to_string).collect(),
     }
 }
 
@@ -258,7 +258,7 @@ fn all_errors_of_a_file_are_reported_together_in_the_order_of_its_lines() {
         .replace("\"320 K\"", "\"320 degX\"")
         .replace("[\"0 s\", \"50 s\"]", "[\"50 s\", \"0 s\"]");
     let error = Case::load(&scratch.write("case.toml", text)).expect_err("six errors");
-    let lines: Vec<usize> = error.faults.iter().filter_map(|fault| Some(fault.place.at?.0)).collect();
+    let lines: Vec<usize> = error.diagnostics.iter().filter_map(|fault| Some(fault.location.line_column?.0)).collect();
     assert_eq!(lines, [10, 24, 28, 34, 38, 43], "{error}");
     assert!(error.to_string().ends_with("\n6 errors"), "{error}");
 }

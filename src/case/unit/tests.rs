@@ -40,7 +40,7 @@ fn quantities_are_converted_to_si() {
         ("0.25 cal/g/K", Dimension::HeatCapacity, 1046.0),
     ];
     for &(text, dimension, expected) in known {
-        let found = quantity(text, dimension).unwrap_or_else(|message| panic!("{text}: {message}"));
+        let found = parse_quantity(text, dimension).unwrap_or_else(|message| panic!("{text}: {message}"));
         assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{text}: {found}, expected {expected}");
     }
 }
@@ -70,7 +70,7 @@ fn every_wrong_quantity_is_reported_with_the_expected_and_the_found_text() {
         ("-1 K", Dimension::Surroundings, "below absolute zero"),
     ];
     for &(text, dimension, fragment) in wrong {
-        let message = quantity(text, dimension).expect_err(text);
+        let message = parse_quantity(text, dimension).expect_err(text);
         assert!(message.contains(fragment), "{text}: {message}");
     }
 }

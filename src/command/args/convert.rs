@@ -6,16 +6,16 @@ use crate::command::args::{
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
-use bondline::case::unit::{Dimension, quantity};
+use bondline::case::unit::{Dimension, parse_quantity};
 use bondline::case::{Bounds, LossFunction};
 use bondline::ensemble::{self, Sampling};
-use bondline::fit::Rules;
+use bondline::fit::DampingStrategy;
 use bondline::march::Precision;
-use bondline::march::choose::{Choice, Kind};
+use bondline::march::backend_selection::{BackendKind, BackendOptions};
 use bondline::session::{
     Derivatives, FitOptions, ObservationSelection, Options, SensitivityOptions, SizeOptions, Start, UncertaintyOptions,
 };
-use bondline::study::estimate::PAPER;
+use bondline::study::estimate::PAPER_RULES;
 use bondline::study::posterior::Walkers;
 use std::ops::Range;
 
@@ -23,17 +23,17 @@ use std::ops::Range;
 ///
 /// # Errors
 /// When a Vulkan device is named for the CPU.
-pub(crate) fn choice(march: &MarchArgs) -> Result<Choice, Failure> {
+pub(crate) fn choice(march: &MarchArgs) -> Result<BackendOptions, Failure> {
     if let (BackendArg::Cpu, Some(device)) = (march.backend, &march.device) {
         return Err(input(format!(
             "--device {device:?} names a Vulkan device, which --backend cpu does not use: leave out one of them"
         )));
     }
-    Ok(Choice {
+    Ok(BackendOptions {
         kind: match march.backend {
-            BackendArg::Auto => Kind::Auto,
-            BackendArg::Cpu => Kind::Cpu,
-            BackendArg::Gpu => Kind::Gpu,
+            BackendArg::Auto => BackendKind::Auto,
+            BackendArg::Cpu => BackendKind::Cpu,
+            BackendArg::Gpu => BackendKind::Gpu,
         },
         precision: march.precision.map(|precision| match precision {
             PrecisionArg::F32 => Precision::F32,
@@ -75,7 +75,7 @@ pub(crate) fn member_range(text: &str, drawn: usize) -> Result<Range<usize>, Fai
     }
 }
 
-/// Name and value of `NAME=VALUE`.
+/// Name and value of `MAX_NAME_CHARS=VALUE`.
 fn name_and_value<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str), Failure> {
     text.split_once('=').ok_or_else(|| input(format!("{option} {text:?}: expected NAME=VALUE")))
 }
@@ -92,7 +92,7 @@ pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
     Ok(pairs)
 }
 
-/// Pairs `NAME=VALUE,...`; every value is positive.
+/// Pairs `MAX_NAME_CHARS=VALUE,...`; every value is positive.
 pub(crate) fn positive_values(texts: &[String], option: &str) -> Result<Vec<(String, f64)>, Failure> {
     let value = |text: &String| {
         let (name, value) = name_and_value(text, option)?;
@@ -144,7 +144,7 @@ fn window(text: &str) -> Result<(f64, f64), Failure> {
 }
 
 pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
-    let loss = fit.loss.as_deref().map(LossFunction::named).transpose();
+    let loss = fit.loss.as_deref().map(LossFunction::parse).transpose();
     let loss = loss.map_err(|message| input(format!("--loss {:?}: {message}", fit.loss.as_deref().unwrap_or(""))))?;
     let start = |(name, value): (String, f64)| {
         let (factor, case) = name.split_once('@').map_or((name.as_str(), None), |(name, id)| (name, Some(id)));
@@ -159,9 +159,9 @@ pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
             PriorArg::Small => Some(Bounds::Small),
             PriorArg::Large => Some(Bounds::Large),
         }),
-        rules: match fit.minimiser {
-            MinimiserArg::TrustRegion => Rules::Radius,
-            MinimiserArg::Paper => PAPER,
+        damping_strategy: match fit.minimiser {
+            MinimiserArg::TrustRegion => DampingStrategy::TrustRegion,
+            MinimiserArg::Paper => PAPER_RULES,
         },
         starts: fit.starts,
         profiles: fit.profile.clone(),
@@ -169,9 +169,9 @@ pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
     })
 }
 
-/// Options of the MCMC sampling; `None` without `--posterior`.
+/// Options of the MCMC sampling; `Scalar` without `--posterior`.
 pub(crate) fn walkers(args: &PosteriorArgs, seed: u64) -> Option<Walkers> {
-    args.posterior.then_some(Walkers { number: args.walkers, moves: args.mcmc_iterations, seed })
+    args.posterior.then_some(Walkers { number: args.walkers, iterations: args.mcmc_iterations, seed })
 }
 
 pub(crate) fn sensitivity(
@@ -212,14 +212,14 @@ pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs) -> Result<SizeOptions, Fa
     };
     Ok(SizeOptions {
         probability: *probability,
-        within_m,
+        thickness_range_m: within_m,
         sweep: self::sweep(sweep),
         ..SizeOptions::new(ply.as_str(), sensor.trim(), limit_k)
     })
 }
 
 fn dimensional(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
-    quantity(text.trim(), dimension).map_err(|message| input(format!("{option} {text:?}: {message}")))
+    parse_quantity(text.trim(), dimension).map_err(|message| input(format!("{option} {text:?}: {message}")))
 }
 
 /// A quantity that is zero or positive.

@@ -1,65 +1,65 @@
 //! A batch of members on a device: upload, dispatches, readback.
 
-use super::device::{Device, Landing};
-use super::gather::{gather, trace_words};
-use super::layout::{Run, flat, plan_bytes};
+use super::device::{Device, Readback};
+use super::gather::{gather_traces, trace_words};
+use super::layout::{DispatchParameters, flat, plan_bytes};
+use super::scalar::DeviceScalar;
 use super::shader;
 use super::state::{Block, slots, state_words};
-use super::word::Word;
 use crate::ensemble::Ensemble;
-use crate::march::{MarchError, arrival};
+use crate::march::{MarchError, member_status};
 use crate::plan::Plan;
-use crate::plan::layout::{Bead, Cell, Drive};
+use crate::plan::layout::{Bead, BoundaryForcing, Cell};
 use crate::traces::Traces;
 use bytemuck::Zeroable;
 use std::time::Instant;
 
 /// A kernel compiled by the driver.
 pub(super) struct Pipeline {
-    pub(super) inner: wgpu::ComputePipeline,
+    pub(super) compute: wgpu::ComputePipeline,
     /// Source of the kernel without its column lengths.
-    pub(super) text: String,
+    pub(super) source: String,
     /// Length of its columns, cells.
     pub(super) cells: usize,
     /// Threads per member.
-    pub(super) lanes: u32,
+    pub(super) threads_per_member: u32,
     /// Whether the kernel is differentiated.
-    pub(super) tells: bool,
+    pub(super) is_differentiated: bool,
     /// Whether it reads tables from a texture.
-    pub(super) texels: bool,
+    pub(super) reads_texels: bool,
     /// Largest timed number of members, and the steps per dispatch for it.
-    pub(super) timed: Option<(u32, u32)>,
+    pub(super) measured: Option<(u32, u32)>,
 }
 
 /// A batch whose dispatches are submitted and whose results are read back asynchronously.
 pub(super) struct Batch {
-    carried: Vec<Carried>,
-    progress: Landing,
-    values: Words,
-    changes: Option<Words>,
+    invocations: Vec<Invocation>,
+    progress: Readback,
+    values: OutputReadbacks,
+    tangents: Option<OutputReadbacks>,
 }
 
 /// The work of an invocation: a member, and the factor of its directional derivative.
 #[derive(Clone, Copy)]
-pub(super) struct Carried {
+pub(super) struct Invocation {
     pub(super) member: usize,
-    pub(super) along: Option<usize>,
+    pub(super) direction: Option<usize>,
 }
 
 /// State and traces of a batch, or their derivatives, on the device.
-struct Room {
+struct OutputBuffers {
     state: wgpu::Buffer,
     traces: wgpu::Buffer,
 }
 
 /// Readbacks of the final state and of the traces.
-struct Words {
-    left: Landing,
-    shown: Landing,
+struct OutputReadbacks {
+    state: Readback,
+    traces: Readback,
 }
 
-impl Room {
-    /// `bytes` is the size of one word of all members.
+impl OutputBuffers {
+    /// `read_bytes` is the size of one word of all members.
     fn new(device: &Device, plan: &Plan, bytes: u64) -> Self {
         Self {
             state: device.storage("state", state_words(plan) as u64 * bytes),
@@ -67,44 +67,45 @@ impl Room {
         }
     }
 
-    fn land(&self, device: &Device, plan: &Plan, bytes: u64) -> Words {
+    fn read_back(&self, device: &Device, plan: &Plan, bytes: u64) -> OutputReadbacks {
         let outcome = Block::Heat.slot(plan);
-        Words {
-            left: device.land(&self.state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes),
-            shown: device.land(&self.traces, 0, trace_words(plan) as u64 * bytes),
+        OutputReadbacks {
+            state: device.read_back(&self.state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes),
+            traces: device.read_back(&self.traces, 0, trace_words(plan) as u64 * bytes),
         }
     }
 }
 
 /// First binding of the derivatives of factors, state and traces in a differentiated kernel.
-const CHANGES: u32 = 14;
+const TANGENT_BINDINGS: u32 = 14;
 
 impl Batch {
     /// Upload, submit every dispatch and the copies of the results.
     ///
     /// # Errors
     /// When the rows of the plan do not fit together, or a buffer of the plan exceeds a limit of the device.
-    pub(super) fn begin<W: Word>(
+    pub(super) fn begin<W: DeviceScalar>(
         device: &Device,
         pipeline: &mut Pipeline,
         plan: &Plan,
         ensemble: &Ensemble,
-        carried: Vec<Carried>,
+        carried: Vec<Invocation>,
     ) -> Result<Self, MarchError> {
         plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
         let count = carried.len();
         let bytes = (size_of::<W>() * count) as u64;
-        let run = device.uniform("run", &[Run::zeroed()])?;
-        let values = Room::new(device, plan, bytes);
+        let run = device.uniform("run", &[DispatchParameters::zeroed()])?;
+        let values = OutputBuffers::new(device, plan, bytes);
         let progress = device.storage("progress", (2 * size_of::<u32>() * count) as u64);
-        let rows = rows::<W>(device, plan, pipeline)?;
+        let rows = upload_plan::<W>(device, plan, pipeline)?;
         let factors = device.upload("factors", &factors::<W>(plan, ensemble, &carried));
-        let changes = pipeline
-            .tells
-            .then(|| (device.upload("factor tangents", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes)));
+        let changes = pipeline.is_differentiated.then(|| {
+            (device.upload("factor tangents", &seeds::<W>(plan, &carried)), OutputBuffers::new(device, plan, bytes))
+        });
         let value_buffers = [(0, &run), (10, &factors), (11, &values.state), (12, &values.traces), (13, &progress)];
-        let tangent_buffers =
-            changes.iter().flat_map(|(seeds, buffers)| (CHANGES..).zip([seeds, &buffers.state, &buffers.traces]));
+        let tangent_buffers = changes
+            .iter()
+            .flat_map(|(seeds, buffers)| (TANGENT_BINDINGS..).zip([seeds, &buffers.state, &buffers.traces]));
         let mut entries: Vec<(u32, wgpu::BindingResource<'_>)> =
             rows.buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding())).collect();
         entries.extend(
@@ -114,13 +115,13 @@ impl Batch {
                 .map(|(binding, buffer)| (binding, buffer.as_entire_binding())),
         );
         entries.push((7, wgpu::BindingResource::TextureView(&rows.texels)));
-        let group = device.bind(&pipeline.inner, entries);
-        dispatch(device, plan, pipeline, &group, &run, count as u32)?;
+        let group = device.bind(&pipeline.compute, entries);
+        submit_dispatches(device, plan, pipeline, &group, &run, count as u32)?;
         Ok(Self {
-            carried,
-            progress: device.land(&progress, 0, (2 * size_of::<u32>() * count) as u64),
-            values: values.land(device, plan, bytes),
-            changes: changes.map(|(_, buffers)| buffers.land(device, plan, bytes)),
+            invocations: carried,
+            progress: device.read_back(&progress, 0, (2 * size_of::<u32>() * count) as u64),
+            values: values.read_back(device, plan, bytes),
+            tangents: changes.map(|(_, buffers)| buffers.read_back(device, plan, bytes)),
         })
     }
 
@@ -128,12 +129,17 @@ impl Batch {
     ///
     /// # Errors
     /// When the device is lost, or terminated loops early.
-    pub(super) fn finish<W: Word>(self, device: &Device, plan: &Plan) -> Result<(Traces, Option<Traces>), MarchError> {
-        let (count, first) = (self.carried.len(), self.carried.first().map_or(0, |invocation| invocation.member));
-        let progress: Vec<u32> = device.landed(self.progress)?;
+    pub(super) fn finish<W: DeviceScalar>(
+        self,
+        device: &Device,
+        plan: &Plan,
+    ) -> Result<(Traces, Option<Traces>), MarchError> {
+        let (count, first) =
+            (self.invocations.len(), self.invocations.first().map_or(0, |invocation| invocation.member));
+        let progress: Vec<u32> = device.finish_readback(self.progress)?;
         if let Some(place) = progress[..count].iter().position(|&step| step as usize != plan.steps() + 1) {
-            return Err(MarchError::CutShort {
-                member: self.carried[place].member,
+            return Err(MarchError::Incomplete {
+                member: self.invocations[place].member,
                 step: progress[place] as usize,
                 steps: plan.steps(),
             });
@@ -141,70 +147,72 @@ impl Batch {
         if let Some(&step) = progress[count..].iter().find(|&&step| step as usize > plan.steps()) {
             return Err(device.error(format!("reports that a member diverged on step {step} of {}", plan.steps())));
         }
-        let gathered = |words: Words| -> Result<Traces, MarchError> {
-            let (final_state, recorded) = (device.landed::<W>(words.left)?, device.landed::<W>(words.shown)?);
-            Ok(gather(plan, first, count, &recorded, &final_state))
+        let gathered = |words: OutputReadbacks| -> Result<Traces, MarchError> {
+            let (final_state, recorded) =
+                (device.finish_readback::<W>(words.state)?, device.finish_readback::<W>(words.traces)?);
+            Ok(gather_traces(plan, first, count, &recorded, &final_state))
         };
         let mut values = gathered(self.values)?;
         let ends = progress[count..].iter().zip(values.extremes_k.chunks_exact(plan.plies.len()));
-        values.arrivals =
-            ends.map(|(&strayed, extremes_k)| arrival(plan, (strayed as usize).checked_sub(1), extremes_k)).collect();
-        let changes = self.changes.map(gathered).transpose()?;
-        let changes = changes.map(|changes| Traces { arrivals: values.arrivals.clone(), ..changes });
+        values.statuses = ends
+            .map(|(&strayed, extremes_k)| member_status(plan, (strayed as usize).checked_sub(1), extremes_k))
+            .collect();
+        let changes = self.tangents.map(gathered).transpose()?;
+        let changes = changes.map(|changes| Traces { statuses: values.statuses.clone(), ..changes });
         Ok((values, changes))
     }
 }
 
 /// Factor × member.
-fn factors<W: Word>(plan: &Plan, ensemble: &Ensemble, carried: &[Carried]) -> Vec<W> {
+fn factors<W: DeviceScalar>(plan: &Plan, ensemble: &Ensemble, carried: &[Invocation]) -> Vec<W> {
     let count = carried.len();
-    let mut factors = vec![W::word(0.0); plan.factors * count];
+    let mut factors = vec![W::from_f64(0.0); plan.factors * count];
     for (place, carried) in carried.iter().enumerate() {
         for (factor, &value) in ensemble.member(carried.member).iter().enumerate() {
-            factors[factor * count + place] = W::word(value);
+            factors[factor * count + place] = W::from_f64(value);
         }
     }
     factors
 }
 
 /// Seeds of the forward mode: derivatives of the factors, factor × member.
-fn seeds<W: Word>(plan: &Plan, carried: &[Carried]) -> Vec<W> {
+fn seeds<W: DeviceScalar>(plan: &Plan, carried: &[Invocation]) -> Vec<W> {
     let count = carried.len();
-    let mut seeds = vec![W::word(0.0); plan.factors * count];
-    for (place, Carried { along, .. }) in carried.iter().enumerate() {
-        along.iter().for_each(|factor| seeds[factor * count + place] = W::word(1.0));
+    let mut seeds = vec![W::from_f64(0.0); plan.factors * count];
+    for (place, Invocation { direction: along, .. }) in carried.iter().enumerate() {
+        along.iter().for_each(|factor| seeds[factor * count + place] = W::from_f64(1.0));
     }
     seeds
 }
 
 /// The data of a plan on a device.
-struct Rows {
+struct PlanBuffers {
     buffers: Vec<(u32, wgpu::Buffer)>,
     texels: wgpu::TextureView,
 }
 
-fn rows<W: Word>(device: &Device, plan: &Plan, pipeline: &Pipeline) -> Result<Rows, MarchError> {
-    let rows = plan.rows.map(W::word);
+fn upload_plan<W: DeviceScalar>(device: &Device, plan: &Plan, pipeline: &Pipeline) -> Result<PlanBuffers, MarchError> {
+    let rows = plan.data.map(W::from_f64);
     let mut cells = flat!(Cell of rows.cells);
     cells.resize(cells.len() / rows.cells.len() * pipeline.cells, W::zeroed());
     let buffers = vec![
         (1, device.uniform("cells", &cells)?),
         (2, device.uniform("plan", &plan_bytes(plan, &rows))?),
         (3, device.upload("contacts", &rows.contacts_m2_k_w)),
-        (4, device.upload("drives", &flat!(Drive of rows.drives))),
-        (5, device.upload("lengths", &rows.lengths_s)),
-        (6, device.upload("tables", if pipeline.texels { &[] } else { &rows.tables })),
+        (4, device.upload("boundary_forcing", &flat!(BoundaryForcing of rows.boundary_forcing))),
+        (5, device.upload("lengths", &rows.step_lengths_s)),
+        (6, device.upload("tables", if pipeline.reads_texels { &[] } else { &rows.tables })),
         (8, device.upload("beads", &flat!(Bead of rows.beads))),
-        (9, device.upload("instants", &plan.instants)),
+        (9, device.upload("instants", &plan.record_at_step)),
     ];
     let words: Vec<f32> =
-        if pipeline.texels { plan.rows.tables.iter().map(|&word| f32::word(word)).collect() } else { vec![] };
-    Ok(Rows { buffers, texels: device.texels("texels", &words) })
+        if pipeline.reads_texels { plan.data.tables.iter().map(|&word| f32::from_f64(word)).collect() } else { vec![] };
+    Ok(PlanBuffers { buffers, texels: device.texels("texels", &words) })
 }
 
 /// Submit all dispatches in order. On hardware the first dispatch of a kernel with more members than before is timed
 /// alone and sets the number of steps of the others, as loop counts do not predict the speed of a device.
-fn dispatch(
+fn submit_dispatches(
     device: &Device,
     plan: &Plan,
     pipeline: &mut Pipeline,
@@ -213,10 +221,10 @@ fn dispatch(
     members: u32,
 ) -> Result<(), MarchError> {
     let steps = plan.steps() as u32 + 1;
-    let threads = pipeline.lanes;
-    let groups = (members * threads).div_ceil(shader::workgroup(threads));
+    let threads = pipeline.threads_per_member;
+    let groups = (members * threads).div_ceil(shader::workgroup_size(threads));
     let submit = |first_step: u32, end_step: u32| {
-        let words = Run {
+        let words = DispatchParameters {
             slots: slots(plan),
             first_step,
             end_step,
@@ -224,13 +232,13 @@ fn dispatch(
             members,
             one: 1.0,
             plies: plan.plies.len() as u32,
-            sensors: plan.places.len() as u32,
+            sensors: plan.sensor_locations.len() as u32,
             faces: 2,
-            open_faces: plan.open_faces as u32,
+            open_faces: plan.exchanging_faces as u32,
             stages: 2,
             gauges: plan.gauges() as u32,
-            lanes: threads,
-            sums: shader::sums(plan),
+            threads_per_member: threads,
+            partial_sums: shader::partial_sums(plan),
             cells: plan.cells() as u32,
             last_cell: plan.cells() as u32 - 1,
             unused: 0,
@@ -239,25 +247,25 @@ fn dispatch(
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&pipeline.inner);
+            pass.set_pipeline(&pipeline.compute);
             pass.set_bind_group(0, group, &[]);
             pass.dispatch_workgroups(groups, 1, 1);
         }
         device.queue.submit([encoder.finish()]);
     };
     let mut first_step = 0;
-    let stride = match pipeline.timed {
-        _ if device.is_software => shader::steps_a_dispatch(plan, threads, true),
+    let stride = match pipeline.measured {
+        _ if device.is_software => shader::steps_per_dispatch(plan, threads, true),
         Some((most, stride)) if members <= most => stride,
         _ => {
-            let first_steps = shader::steps_a_dispatch(plan, threads, false).min(steps);
+            let first_steps = shader::steps_per_dispatch(plan, threads, false).min(steps);
             device.wait()?;
             let began = Instant::now();
             submit(0, first_steps);
             device.wait()?;
             first_step = first_steps;
             let stride = shader::steps_in_time(first_steps, began.elapsed());
-            pipeline.timed = Some((members, stride));
+            pipeline.measured = Some((members, stride));
             stride
         }
     };

@@ -10,19 +10,19 @@ use std::{env, fs, process};
 
 /// The driver's pipeline cache and its file.
 #[derive(Clone)]
-pub(super) struct Cache {
+pub(super) struct DriverCache {
     compiled: wgpu::PipelineCache,
     file: PathBuf,
 }
 
 /// The folder according to the XDG base directory specification, which ignores relative paths.
-pub(super) fn folder() -> Option<PathBuf> {
+pub(super) fn cache_folder() -> Option<PathBuf> {
     let of = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     of("XDG_CACHE_HOME").or_else(|| Some(of("HOME")?.join(".cache"))).map(|caches| caches.join("bondline"))
 }
 
-impl Cache {
-    /// The cache of a device in a folder, possibly empty; `None` where the device has no pipeline cache.
+impl DriverCache {
+    /// The cache of a device in a folder, possibly empty; `Scalar` where the device has no pipeline cache.
     #[expect(unsafe_code, reason = "justified at the block")]
     pub(super) fn open(device: &wgpu::Device, info: &wgpu::AdapterInfo, folder: &Path) -> Option<Self> {
         if !device.features().contains(wgpu::Features::PIPELINE_CACHE) {
@@ -31,7 +31,7 @@ impl Cache {
         let file = folder.join(wgpu::util::pipeline_cache_key(info)?);
         let stored = fs::read(&file).unwrap_or_default();
         let descriptor =
-            wgpu::PipelineCacheDescriptor { label: Some("bondline"), data: unsealed(&stored), fallback: true };
+            wgpu::PipelineCacheDescriptor { label: Some("bondline"), data: without_checksum(&stored), fallback: true };
         // SAFETY: the data must come from wgpu. The file is written only by `save`, atomically, in a folder of the
         // user, with a checksum that detects damage; wgpu checks device and driver and starts with an empty cache if
         // they differ. Whoever forges the file could as well replace the driver.
@@ -45,8 +45,8 @@ impl Cache {
 
     /// Write the cache if it changed: to a temporary file first, then renamed, as other processes may be reading.
     /// Errors are ignored.
-    pub(super) fn keep(&self) {
-        let Some(stored) = self.compiled.get_data().map(|data| sealed(&data)) else { return };
+    pub(super) fn save(&self) {
+        let Some(stored) = self.compiled.get_data().map(|data| with_checksum(&data)) else { return };
         if fs::read(&self.file).is_ok_and(|before| before == stored) {
             return;
         }
@@ -64,20 +64,20 @@ impl Cache {
 
 /// Checksum against damage, which neither wgpu nor every driver checks. Another build may hash differently and then
 /// starts with an empty cache.
-fn seal(data: &[u8]) -> [u8; 8] {
+fn checksum(data: &[u8]) -> [u8; 8] {
     let mut hasher = DefaultHasher::new();
     hasher.write(data);
     hasher.finish().to_le_bytes()
 }
 
-fn sealed(data: &[u8]) -> Vec<u8> {
-    [&seal(data), data].concat()
+fn with_checksum(data: &[u8]) -> Vec<u8> {
+    [&checksum(data), data].concat()
 }
 
-/// The data without the checksum; `None` where they are damaged.
-fn unsealed(stored: &[u8]) -> Option<&[u8]> {
+/// The data without the checksum; `Scalar` where they are damaged.
+fn without_checksum(stored: &[u8]) -> Option<&[u8]> {
     let (found, data) = stored.split_first_chunk()?;
-    (*found == seal(data)).then_some(data)
+    (*found == checksum(data)).then_some(data)
 }
 
 #[cfg(test)]
@@ -86,14 +86,14 @@ mod tests {
 
     #[test]
     fn damaged_or_truncated_data_are_rejected() {
-        let stored = sealed(b"compiled");
-        assert_eq!(unsealed(&stored), Some(&b"compiled"[..]));
-        assert_eq!(unsealed(&stored[..stored.len() - 1]), None);
-        assert_eq!(unsealed(&[]), None);
+        let stored = with_checksum(b"compiled");
+        assert_eq!(without_checksum(&stored), Some(&b"compiled"[..]));
+        assert_eq!(without_checksum(&stored[..stored.len() - 1]), None);
+        assert_eq!(without_checksum(&[]), None);
         for byte in 0..stored.len() {
             let mut flipped = stored.clone();
             flipped[byte] ^= 1;
-            assert_eq!(unsealed(&flipped), None, "byte {byte}");
+            assert_eq!(without_checksum(&flipped), None, "byte {byte}");
         }
     }
 }

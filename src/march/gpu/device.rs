@@ -1,10 +1,10 @@
 //! Vulkan devices: adapters, limits, buffers and pipelines.
 
-use super::cache::{self, Cache};
+use super::cache::{self, DriverCache};
 use super::shader;
 use super::spirv::{self, Kernel};
 use crate::march::MarchError;
-use crate::plan::layout::ABREAST;
+use crate::plan::layout::COLUMNS_PER_LOAD;
 use bytemuck::Pod;
 use std::path::Path;
 use std::sync::mpsc;
@@ -117,13 +117,13 @@ pub struct Device {
     /// Whether its shaders support f64.
     pub has_f64: bool,
     checks: bool,
-    cache: Option<Cache>,
+    cache: Option<DriverCache>,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
 }
 
 /// A pending copy of a buffer to the host.
-pub(crate) struct Landing {
+pub(crate) struct Readback {
     buffer: wgpu::Buffer,
     submitted: wgpu::SubmissionIndex,
     mapped: mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>,
@@ -136,7 +136,7 @@ impl Device {
     /// # Errors
     /// When the driver refuses.
     pub fn open(adapter: Adapter, checks: bool) -> Result<Self, MarchError> {
-        Self::open_with(adapter, checks, cache::folder().as_deref())
+        Self::open_with(adapter, checks, cache::cache_folder().as_deref())
     }
 
     /// As [`open`](Self::open), with the pipeline cache in a given folder, or without one.
@@ -155,15 +155,15 @@ impl Device {
         };
         let (device, queue) = pollster::block_on(adapter.inner.request_device(&descriptor))
             .map_err(|error| MarchError::Device { device: adapter.name.clone(), message: error.to_string() })?;
-        let cache = compiled.and_then(|folder| Cache::open(&device, &adapter.inner.get_info(), folder));
+        let cache = compiled.and_then(|folder| DriverCache::open(&device, &adapter.inner.get_info(), folder));
         let is_software = adapter.is_software();
         let Adapter { name, limits, has_f64, .. } = adapter;
         Ok(Self { name, is_software, limits, has_f64, checks, cache, device, queue })
     }
 
     /// Save the pipeline cache.
-    pub fn keep(&self) {
-        self.cache.iter().for_each(Cache::keep);
+    pub fn save_cache(&self) {
+        self.cache.iter().for_each(DriverCache::save);
     }
 
     /// Wait until all submitted work is done.
@@ -184,7 +184,7 @@ impl Device {
     /// # Errors
     /// When the source does not compile, with the compiler's excerpt.
     pub(crate) fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
-        Kernel::of(text).map_err(|why| self.error(why))
+        Kernel::parse(text).map_err(|why| self.error(why))
     }
 
     /// Compile a kernel. Private arrays of more than [`spirv::MAX_INITIALISED_LENGTH`] elements are left uninitialised.
@@ -212,10 +212,10 @@ impl Device {
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry),
             layout: Some(&layout),
-            module: &handed_over(&self.device, entry, &compiled.words),
+            module: &passthrough_module(&self.device, entry, &compiled.words),
             entry_point: Some(entry),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: self.cache.as_ref().map(Cache::compiled),
+            cache: self.cache.as_ref().map(DriverCache::compiled),
         });
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(self.error(error)),
@@ -262,16 +262,16 @@ impl Device {
 
     /// Whether `words` words of tables are read faster from a texture: a software device fetches four of them for all
     /// its lanes at once, but gathers storage lane by lane. Hardware caches both.
-    pub(crate) fn reads_texels(&self, words: usize) -> bool {
-        let rows = words.div_ceil(ABREAST).div_ceil(shader::TEXELS_ABREAST as usize);
+    pub(crate) fn prefers_texels(&self, words: usize) -> bool {
+        let rows = words.div_ceil(COLUMNS_PER_LOAD).div_ceil(shader::TEXELS_PER_ROW as usize);
         self.is_software && rows <= self.limits.max_texture_dimension_2d as usize
     }
 
     /// A storage texture that holds `words`, four a texel; one row of zeros if there are none. A sampled texture has
     /// mip levels, which a software device looks up for every lane: 20 % of the march.
     pub(crate) fn texels(&self, label: &str, words: &[f32]) -> wgpu::TextureView {
-        let texels = words.len().div_ceil(ABREAST).max(1) as u32;
-        let width = shader::TEXELS_ABREAST;
+        let texels = words.len().div_ceil(COLUMNS_PER_LOAD).max(1) as u32;
+        let width = shader::TEXELS_PER_ROW;
         let size = wgpu::Extent3d { width, height: texels.div_ceil(width), depth_or_array_layers: 1 };
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
@@ -284,15 +284,15 @@ impl Device {
             view_formats: &[],
         });
         let mut filled = words.to_vec();
-        filled.resize(ABREAST * (size.width * size.height) as usize, 0.0);
-        let bytes_per_row = Some(size_of::<[f32; ABREAST]>() as u32 * width);
+        filled.resize(COLUMNS_PER_LOAD * (size.width * size.height) as usize, 0.0);
+        let bytes_per_row = Some(size_of::<[f32; COLUMNS_PER_LOAD]>() as u32 * width);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
         self.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&filled), layout, size);
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
     /// Copy the bytes of a buffer from `start` to the host, after all submitted work.
-    pub(crate) fn land(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Landing {
+    pub(crate) fn read_back(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Readback {
         let readback = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("readback"),
             size: bytes,
@@ -307,15 +307,15 @@ impl Device {
             // The receiver is dropped only after polling failed.
             let _ = sender.send(result);
         });
-        Landing { buffer: readback, submitted, mapped }
+        Readback { buffer: readback, submitted, mapped }
     }
 
     /// Wait for a readback and return its data.
     ///
     /// # Errors
     /// When the device is lost.
-    pub(crate) fn landed<T: Pod>(&self, readback: Landing) -> Result<Vec<T>, MarchError> {
-        let Landing { buffer, submitted, mapped } = readback;
+    pub(crate) fn finish_readback<T: Pod>(&self, readback: Readback) -> Result<Vec<T>, MarchError> {
+        let Readback { buffer, submitted, mapped } = readback;
         let until = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
         self.device.poll(until).map_err(|error| self.error(error))?;
         mapped.recv().map_err(|error| self.error(error))?.map_err(|error| self.error(error))?;
@@ -372,13 +372,13 @@ impl Device {
             pass.dispatch_workgroups(groups, 1, 1);
         }
         self.queue.submit([encoder.finish()]);
-        self.landed(self.land(written, 0, written.size()))
+        self.finish_readback(self.read_back(written, 0, written.size()))
     }
 }
 
 /// A shader module of SPIR-V words that wgpu passes through unchanged.
 #[expect(unsafe_code, reason = "justified at the block")]
-fn handed_over(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderModule {
+fn passthrough_module(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderModule {
     let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
         label: Some(entry),
         spirv: Some(words.into()),

@@ -1,11 +1,12 @@
 //! Data layout of a kernel: the host rows and the WGSL structs are generated from one declaration.
 
+use super::scalar::DeviceScalar;
 use super::state::{self, Slots};
-use super::word::Word;
 use crate::plan::layout::{
-    Bulk, Conduction, Face, Path, Place, Ply, ROWS, Reaction, RowLayout, Scaling, Sensor, Substance,
+    BulkProperties, ConductivityColumns, Face, FaceColumns, Ply, ROWS, Reaction, ReactionPath, RowLayout, Sensor,
+    SensorLocation, StateProperties,
 };
-use crate::plan::{Plan, layout::Rows};
+use crate::plan::{Plan, layout::PlanData};
 use bytemuck::{Pod, Zeroable};
 
 /// Declares a struct of words, and its WGSL source.
@@ -29,7 +30,7 @@ macro_rules! words {
 words! {
     /// Parameters of a dispatch. Bounds of short loops are run-time values, so that drivers do not unroll the loops
     /// over plies and one kernel serves all time grids.
-    Run {
+    DispatchParameters {
         slots: Slots,
         first_step: u32,
         end_step: u32,
@@ -42,8 +43,8 @@ words! {
         open_faces: u32,
         stages: u32,
         gauges: u32,
-        lanes: u32,
-        sums: u32,
+        threads_per_member: u32,
+        partial_sums: u32,
         /// At most `CELLS`, the length of the columns.
         cells: u32,
         last_cell: u32,
@@ -77,14 +78,14 @@ pub(super) use flat;
 /// later uniform buffer.
 macro_rules! uniform_rows {
     ($plan:ident, $rows:ident: $($field:ident: $kind:ident[$length:literal] of $list:expr),+ $(,)?) => {
-        const PLAN: &str = concat!(
+        const PLAN_STRUCT: &str = concat!(
             "struct Plan {\n",
             $("    ", stringify!($field), ": array<", stringify!($kind), ", ", $length, ">,\n",)+
             "}\n"
         );
 
         /// Bytes of the WGSL struct `Plan`.
-        pub(super) fn plan_bytes<W: Word>($plan: &Plan, $rows: &Rows<W>) -> Vec<u8> {
+        pub(super) fn plan_bytes<S: DeviceScalar>($plan: &Plan, $rows: &PlanData<S>) -> Vec<u8> {
             let rows: &[Vec<u8>] = &[$(bytemuck::cast_slice(&flat!($kind of $list)).to_vec()),+];
             rows.concat()
         }
@@ -94,27 +95,27 @@ macro_rules! uniform_rows {
 uniform_rows! {
     plan, rows:
     plies: Ply["PLIES"] of plan.plies,
-    bulks: Bulk["PLIES"] of rows.bulks,
+    bulks: BulkProperties["PLIES"] of rows.bulk_properties,
     faces: Face["2"] of rows.faces,
-    scalings: Scaling["2"] of plan.scalings,
+    scalings: FaceColumns["2"] of plan.face_columns,
     sensors: Sensor["SENSORS"] of rows.sensors,
-    places: Place["SENSORS"] of plan.places,
-    substances: Substance["SUBSTANCES"] of rows.substances,
-    conductions: Conduction["SUBSTANCES"] of plan.conductions,
+    places: SensorLocation["SENSORS"] of plan.sensor_locations,
+    substances: StateProperties["SUBSTANCES"] of rows.state_properties,
+    conductions: ConductivityColumns["SUBSTANCES"] of plan.conductivity_columns,
     reactions: Reaction["PATHS"] of rows.reactions,
-    paths: Path["PATHS"] of plan.paths,
+    paths: ReactionPath["PATHS"] of plan.reaction_paths,
 }
 
 /// WGSL struct of a row. Rows are aligned to 16 bytes, as uniform arrays require.
-fn row(row: &RowLayout) -> String {
+fn row_struct(row: &RowLayout) -> String {
     let fields = row.fields.iter().map(|field| format!("    {field}: {},\n", row.scalar)).collect::<String>();
     format!("struct {} {{\n{}}}\n", row.name, fields.replacen("    ", "    @align(16) ", 1))
 }
 
 /// The WGSL structs, and the functions that load and save the state.
 pub(super) fn declarations() -> String {
-    let rows = ROWS.iter().map(row).collect::<String>();
-    format!("{rows}{PLAN}{}{}", state::declarations(), Run::WGSL)
+    let rows = ROWS.iter().map(row_struct).collect::<String>();
+    format!("{rows}{PLAN_STRUCT}{}{}", state::declarations(), DispatchParameters::WGSL)
 }
 
 #[cfg(test)]
@@ -122,7 +123,7 @@ mod tests {
     use super::*;
     use crate::case::Case;
     use crate::march::Precision;
-    use crate::march::gpu::{LANES, shader};
+    use crate::march::gpu::{COOPERATIVE_THREADS, shader};
     use naga::{Module, TypeInner};
 
     /// Offsets of the members of a struct, and its size.
@@ -136,7 +137,7 @@ mod tests {
     }
 
     /// Whether the rows and the dispatch parameters of a kernel have the layout that the host writes.
-    fn has_host_layout<W: Word>(plan: &Plan, text: &str) -> bool {
+    fn has_host_layout<W: DeviceScalar>(plan: &Plan, text: &str) -> bool {
         let module =
             naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
         let rows_match = ROWS.iter().all(|row| {
@@ -146,16 +147,18 @@ mod tests {
         });
         let slots = size_of::<Slots>() as u32;
         let words = (0..).step_by(4).take(16).map(|offset| slots + offset);
-        let run = (std::iter::once(0).chain(words).collect(), size_of::<Run>() as u32);
-        let plan_bytes = plan_bytes(plan, &plan.rows.map(W::word)).len() as u32;
-        rows_match && struct_layout(&module, "Run") == run && struct_layout(&module, "Plan").1 == plan_bytes
+        let run = (std::iter::once(0).chain(words).collect(), size_of::<DispatchParameters>() as u32);
+        let plan_bytes = plan_bytes(plan, &plan.data.map(W::from_f64)).len() as u32;
+        rows_match
+            && struct_layout(&module, "DispatchParameters") == run
+            && struct_layout(&module, "Plan").1 == plan_bytes
     }
 
     #[test]
     fn kernel_structs_have_the_layout_of_the_host() {
         for id in ["slab", "lcat-2259-pyrolysis"] {
             let plan = Plan::new(&Case::load(format!("cases/{id}").as_ref()).expect("a shipped case"));
-            for lanes in [1, LANES] {
+            for lanes in [1, COOPERATIVE_THREADS] {
                 let source = |precision| shader::kernel(&plan, precision, false, lanes, shader::MARCH);
                 assert!(has_host_layout::<f32>(&plan, &source(Precision::F32)), "{id} in f32");
                 assert!(has_host_layout::<f64>(&plan, &source(Precision::F64)), "{id} in f64");

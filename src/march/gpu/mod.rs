@@ -13,11 +13,12 @@
 
 mod batch;
 mod cache;
+mod cooperative;
 pub mod device;
 mod differentiate;
 mod gather;
-mod lanes;
 mod layout;
+mod scalar;
 pub mod self_tests;
 #[expect(unreachable_pub, reason = "public in this folder")]
 pub(crate) mod shader;
@@ -26,34 +27,33 @@ mod spirv;
 mod state;
 #[cfg(test)]
 mod tests;
-mod word;
 
-use super::{Backend, Begun, March, MarchError, Precision, read_out};
+use super::{Backend, March, MarchError, PendingBatch, Precision, interpolate_records};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::Traces;
-use batch::{Batch, Carried, Pipeline};
+use batch::{Batch, Invocation, Pipeline};
+pub use cooperative::COOPERATIVE_THREADS;
 use device::Device;
 use gather::trace_words;
-pub use lanes::LANES;
+use scalar::DeviceScalar;
 use state::state_words;
 use std::ops::Range;
-use word::Word;
 
 /// Most members in one batch: enough to fill any device, with bounded host memory. A software device needs fewer, and
 /// shares the memory of the host.
-const MEMBERS_MAX: usize = 8192;
-const MEMBERS_MAX_SOFTWARE: usize = 2048;
+const MAX_BATCH_MEMBERS: usize = 8192;
+const MAX_BATCH_MEMBERS_SOFTWARE: usize = 2048;
 
 /// Most bytes of a batch's largest buffer: four batches may be in progress, two at each of two resolutions.
-const BATCH_BYTES: u64 = 1 << 30;
+const MAX_BUFFER_BYTES: u64 = 1 << 30;
 
 /// A Vulkan device as a backend.
 pub struct Gpu {
     device: Device,
     precision: Precision,
     /// Threads per member, if set by [`with_threads_per_member`](Self::with_threads_per_member).
-    lanes: Option<u32>,
+    threads_per_member: Option<u32>,
     pipelines: Vec<Pipeline>,
     /// Sources of cooperative kernels, with the bytes of workgroup memory of each.
     workgroup_bytes: Vec<(String, u32)>,
@@ -68,7 +68,7 @@ impl Gpu {
         if precision == Precision::F64 && !device.has_f64 {
             return Err(device.error("does not support 64-bit floats in shaders; use --precision f32"));
         }
-        for (tested, wrong, tried) in device.self_tests()?.transforms {
+        for (tested, wrong, tried) in device.self_tests()?.error_free_transformations {
             if tested == precision && wrong > 0 {
                 return Err(MarchError::SelfTest {
                     device: device.name,
@@ -77,16 +77,16 @@ impl Gpu {
                 });
             }
         }
-        Ok(Self { device, precision, lanes: None, pipelines: vec![], workgroup_bytes: vec![] })
+        Ok(Self { device, precision, threads_per_member: None, pipelines: vec![], workgroup_bytes: vec![] })
     }
 
     /// Sets the threads per member, for tests and benchmarks. A plan that needs more workgroup memory than the device
     /// has still uses one.
     #[must_use]
-    pub fn with_lanes(mut self, threads: u32) -> Self {
+    pub fn with_threads_per_member(mut self, threads: u32) -> Self {
         let limits = &self.device.limits;
         let most = limits.max_compute_workgroup_size_x.min(limits.max_compute_invocations_per_workgroup);
-        self.lanes = Some(threads.clamp(1, most));
+        self.threads_per_member = Some(threads.clamp(1, most));
         self
     }
 
@@ -94,12 +94,12 @@ impl Gpu {
     ///
     /// # Errors
     /// When the cooperative kernel does not compile.
-    pub fn lanes(&mut self, plan: &Plan, members: usize) -> Result<u32, MarchError> {
-        let wanted = lanes::wanted(self.lanes, self.device.is_software, members);
+    pub fn threads_per_member(&mut self, plan: &Plan, members: usize) -> Result<u32, MarchError> {
+        let wanted = cooperative::threads_per_member(self.threads_per_member, self.device.is_software, members);
         if wanted == 1 {
             return Ok(1);
         }
-        let text = shader::columns(plan, wanted) + &self.text(plan, wanted);
+        let text = shader::column_lengths(plan, wanted) + &self.source(plan, wanted);
         let known = self.workgroup_bytes.iter().find(|(known, _)| *known == text).map(|(_, bytes)| *bytes);
         let bytes = match known {
             Some(bytes) => bytes,
@@ -114,12 +114,12 @@ impl Gpu {
 
     /// Whether the kernel of a plan reads tables from a texture.
     fn reads_texels(&self, plan: &Plan) -> bool {
-        self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len())
+        self.precision == Precision::F32 && self.device.prefers_texels(plan.data.tables.len())
     }
 
     /// The source of the kernel of a plan without its column lengths.
-    fn text(&self, plan: &Plan, threads: u32) -> String {
-        shader::of_any_length(plan, self.precision, self.reads_texels(plan), threads, shader::MARCH)
+    fn source(&self, plan: &Plan, threads: u32) -> String {
+        shader::source_without_lengths(plan, self.precision, self.reads_texels(plan), threads, shader::MARCH)
     }
 
     fn word_bytes(&self) -> u64 {
@@ -132,7 +132,7 @@ impl Gpu {
     /// Most bytes of one buffer of a batch.
     fn binding_bytes(&self) -> u64 {
         let limits = &self.device.limits;
-        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(BATCH_BYTES)
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(MAX_BUFFER_BYTES)
     }
 
     /// Bytes of one member in its largest buffer.
@@ -142,46 +142,47 @@ impl Gpu {
 
     /// The pipeline of a plan, compiled once for both resolutions.
     fn pipeline(&mut self, plan: &Plan, threads: u32, tells: bool) -> Result<&mut Pipeline, MarchError> {
-        let (texels, text) = (self.reads_texels(plan), self.text(plan, threads));
+        let (texels, text) = (self.reads_texels(plan), self.source(plan, threads));
         // With more than twice the cells, half of the columns would be unused memory.
         let room = plan.cells()..=2 * plan.cells();
-        let fits = |known: &Pipeline| known.text == text && known.tells == tells && room.contains(&known.cells);
+        let fits =
+            |known: &Pipeline| known.source == text && known.is_differentiated == tells && room.contains(&known.cells);
         let known = self.pipelines.iter().position(fits);
         let place = known.unwrap_or(self.pipelines.len());
         if known.is_none() {
-            let mut kernel = self.device.kernel(shader::columns(plan, threads) + &text)?;
+            let mut kernel = self.device.kernel(shader::column_lengths(plan, threads) + &text)?;
             if tells {
                 kernel = kernel.differentiated("factors").map_err(|why| self.device.error(why))?;
             }
             let inner = self.device.pipeline(&kernel, "march")?;
-            self.device.keep();
+            self.device.save_cache();
             self.pipelines.push(Pipeline {
-                inner,
-                text,
+                compute: inner,
+                source: text,
                 cells: plan.cells(),
-                lanes: threads,
-                tells,
-                texels,
-                timed: None,
+                threads_per_member: threads,
+                is_differentiated: tells,
+                reads_texels: texels,
+                measured: None,
             });
         }
         Ok(&mut self.pipelines[place])
     }
 
-    fn begin_in<'a, W: Word>(
+    fn begin_in<'a, W: DeviceScalar>(
         &mut self,
         plan: &'a Plan,
         ensemble: &Ensemble,
         members: Range<usize>,
-    ) -> Result<Begun<'a>, MarchError> {
+    ) -> Result<PendingBatch<'a>, MarchError> {
         let device = self.device.clone();
-        let carried = members.map(|member| Carried { member, along: None }).collect();
-        let threads = self.lanes(plan, ensemble.len())?;
+        let carried = members.map(|member| Invocation { member, direction: None }).collect();
+        let threads = self.threads_per_member(plan, ensemble.len())?;
         let batch = Batch::begin::<W>(&device, self.pipeline(plan, threads, false)?, plan, ensemble, carried)?;
-        Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?.0, plan, 1))))
+        Ok(Box::new(move || Ok(interpolate_records(batch.finish::<W>(&device, plan)?.0, plan, 1))))
     }
 
-    fn tangents_in<W: Word>(
+    fn tangents_in<W: DeviceScalar>(
         &mut self,
         plan: &Plan,
         points: &Ensemble,
@@ -189,9 +190,10 @@ impl Gpu {
     ) -> Result<Traces, MarchError> {
         let along: Vec<Option<usize>> =
             if factors.is_empty() { vec![None] } else { factors.iter().copied().map(Some).collect() };
-        let carried: Vec<Carried> =
-            (0..points.len()).flat_map(|member| along.iter().map(move |&along| Carried { member, along })).collect();
-        let mut traces = Traces::none(0, plan.places.len(), plan.records);
+        let carried: Vec<Invocation> = (0..points.len())
+            .flat_map(|member| along.iter().map(move |&along| Invocation { member, direction: along }))
+            .collect();
+        let mut traces = Traces::empty(0, plan.sensor_locations.len(), plan.records);
         let most = self.capacity(plan).max(1);
         for (run, some) in carried.chunks(most).enumerate() {
             let device = self.device.clone();
@@ -202,12 +204,12 @@ impl Gpu {
                 if (run * most + place).is_multiple_of(along.len()) {
                     traces.extend(&values, place..place + 1);
                 }
-                if let (Some(changes), Some(_)) = (&changes, carried.along) {
+                if let (Some(changes), Some(_)) = (&changes, carried.direction) {
                     traces.extend(changes, place..place + 1);
                 }
             }
         }
-        Ok(read_out(traces, plan, 1 + factors.len()))
+        Ok(interpolate_records(traces, plan, 1 + factors.len()))
     }
 }
 
@@ -217,7 +219,7 @@ impl March for Gpu {
     }
 
     fn capacity(&self, plan: &Plan) -> usize {
-        let most = if self.device.is_software { MEMBERS_MAX_SOFTWARE } else { MEMBERS_MAX };
+        let most = if self.device.is_software { MAX_BATCH_MEMBERS_SOFTWARE } else { MAX_BATCH_MEMBERS };
         ((self.binding_bytes() / self.member_bytes(plan).max(1)) as usize).min(most)
     }
 
@@ -230,7 +232,7 @@ impl March for Gpu {
         plan: &'a Plan,
         ensemble: &Ensemble,
         members: Range<usize>,
-    ) -> Result<Begun<'a>, MarchError> {
+    ) -> Result<PendingBatch<'a>, MarchError> {
         if self.capacity(plan) < members.len() {
             return Err(MarchError::TooLarge {
                 device: self.device.name.clone(),

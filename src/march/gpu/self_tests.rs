@@ -11,14 +11,14 @@ use bytemuck::Pod;
 #[derive(Clone, Debug)]
 pub struct SelfTests {
     /// Precision, sums with a wrong rounding error, and sums tried; f64 where the device supports it.
-    pub transforms: Vec<(Precision, usize, usize)>,
+    pub error_free_transformations: Vec<(Precision, usize, usize)>,
     /// Completed iterations of one loop, of a million.
-    pub loop_turns: u32,
+    pub loop_iterations: u32,
 }
 
 /// Pairs summed, and iterations of the loop.
 const PAIRS: usize = 4096;
-const TURNS: u32 = 1_000_000;
+const LOOP_ITERATIONS: u32 = 1_000_000;
 
 impl Device {
     /// Run the self-tests.
@@ -26,9 +26,9 @@ impl Device {
     /// # Errors
     /// When a test kernel does not compile or the device is lost.
     pub fn self_tests(&self) -> Result<SelfTests, MarchError> {
-        let mut transforms = vec![(Precision::F32, self.test_transforms::<f32>(Precision::F32)?, PAIRS)];
+        let mut transforms = vec![(Precision::F32, self.test_two_sum::<f32>(Precision::F32)?, PAIRS)];
         if self.has_f64 {
-            transforms.push((Precision::F64, self.test_transforms::<f64>(Precision::F64)?, PAIRS));
+            transforms.push((Precision::F64, self.test_two_sum::<f64>(Precision::F64)?, PAIRS));
         }
         let text = "@group(0) @binding(0) var<storage, read> iterations: array<u32>;\n\
              @group(0) @binding(1) var<storage, read_write> turned: array<u32>;\n\
@@ -37,18 +37,15 @@ impl Device {
              for (var i = 0u; i < iterations[0]; i++) { value = value * 1664525u + 1013904223u; count++; }\n\
              turned[0] = count; turned[1] = value; }"
             .to_string();
-        let (iterations, turned) = (self.upload("iterations", &[TURNS; 4]), self.storage("turned", 16));
+        let (iterations, turned) = (self.upload("iterations", &[LOOP_ITERATIONS; 4]), self.storage("turned", 16));
         let bound = [(0, iterations.as_entire_binding()), (1, turned.as_entire_binding())];
         let turned: Vec<u32> = self.probe(&self.kernel(text)?, "turns", 1, bound, &turned)?;
-        Ok(SelfTests { transforms, loop_turns: turned[0] })
+        Ok(SelfTests { error_free_transformations: transforms, loop_iterations: turned[0] })
     }
 
     /// Sum pairs of very different magnitude and count inexact error terms.
-    fn test_transforms<W: Pod + Real<Scalar = W> + PartialEq>(
-        &self,
-        precision: Precision,
-    ) -> Result<usize, MarchError> {
-        let part = |name: &str| shader::PARTS.iter().find(|part| part.0 == name).map_or("", |part| part.1);
+    fn test_two_sum<W: Pod + Real<Scalar = W> + PartialEq>(&self, precision: Precision) -> Result<usize, MarchError> {
+        let part = |name: &str| shader::SOURCES.iter().find(|part| part.0 == name).map_or("", |part| part.1);
         let text = format!(
             "{}{}\n{}\n\
              @group(0) @binding(0) var<storage, read> ones: array<real>;\n\
@@ -58,7 +55,7 @@ impl Device {
              one = ones[0];\n\
              let sum = two_sum(pairs[2u * id.x], pairs[2u * id.x + 1u]);\n\
              sums[2u * id.x] = sum.high; sums[2u * id.x + 1u] = sum.low; }}",
-            shader::head(precision),
+            shader::preamble(precision),
             part("prelude"),
             part("compensated"),
         );

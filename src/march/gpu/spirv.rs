@@ -14,11 +14,11 @@ use naga::{AddressSpace, Module};
 use std::collections::HashMap;
 
 /// Longest array that is initialised: columns over the cells are longer, other arrays shorter.
-pub const SHORT: u32 = 32;
+pub const MAX_INITIALISED_LENGTH: u32 = 32;
 
 /// A kernel as parsed and validated by naga.
 pub struct Kernel {
-    pub(super) text: String,
+    pub(super) source: String,
     pub module: Module,
     pub(super) info: ModuleInfo,
 }
@@ -28,9 +28,9 @@ impl Kernel {
     ///
     /// # Errors
     /// When the source does not compile, with the compiler's excerpt.
-    pub fn of(text: String) -> Result<Self, String> {
+    pub fn parse(text: String) -> Result<Self, String> {
         let module = naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string(&text))?;
-        Self::sound(text, module)
+        Self::validate(text, module)
     }
 
     /// The kernel that also computes the directional derivative (forward mode) of everything it stores, with the seeds
@@ -40,7 +40,7 @@ impl Kernel {
     /// # Errors
     /// When there is no such buffer, or an active operation has no differentiation rule.
     pub fn differentiated(&self, by: &str) -> Result<Self, String> {
-        Self::sound(self.text.clone(), differentiate(&self.module, &self.info, by)?)
+        Self::validate(self.source.clone(), differentiate(&self.module, &self.info, by)?)
     }
 
     /// Bytes of the workgroup variables, each rounded up to 16 as WebGPU counts them
@@ -51,10 +51,10 @@ impl Kernel {
         shared.map(|(_, variable)| bytes(variable).next_multiple_of(16)).sum()
     }
 
-    pub(super) fn sound(text: String, module: Module) -> Result<Self, String> {
+    pub(super) fn validate(text: String, module: Module) -> Result<Self, String> {
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
         let info = validator.validate(&module).map_err(|error| error.emit_to_string(&text))?;
-        Ok(Self { text, module, info })
+        Ok(Self { source: text, module, info })
     }
 }
 
@@ -103,7 +103,7 @@ pub fn compile(kernel: &Kernel, entry: &str, checks: bool) -> Result<Compiled, S
     let pipeline = spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: entry.to_owned() };
     let words = spv::write_vec(module, info, &options, Some(&pipeline)).map_err(|error| error.to_string())?;
     let bindings = bound.into_iter().map(|(binding, kind)| (binding.binding, kind)).collect();
-    let words = exact(&if checks { words } else { without_zeros(&words) });
+    let words = without_contraction(&if checks { words } else { without_initialisers(&words) });
     Ok(Compiled { words, bindings })
 }
 
@@ -115,26 +115,26 @@ fn binding(space: AddressSpace) -> Option<wgpu::BindingType> {
             wgpu::BufferBindingType::Storage { read_only }
         }
         // Textures: a kernel has only one kind.
-        AddressSpace::Handle => return Some(TEXELS),
+        AddressSpace::Handle => return Some(TEXEL_BINDING),
         _ => return None,
     };
     Some(wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
 }
 
 /// A read-only storage texture of four f32 a texel.
-const TEXELS: wgpu::BindingType = wgpu::BindingType::StorageTexture {
+const TEXEL_BINDING: wgpu::BindingType = wgpu::BindingType::StorageTexture {
     access: wgpu::StorageTextureAccess::ReadOnly,
     format: wgpu::TextureFormat::Rgba32Float,
     view_dimension: wgpu::TextureViewDimension::D2,
 };
 
 /// Words of the SPIR-V header.
-const HEADER: usize = 5;
+const HEADER_WORDS: usize = 5;
 
 /// Opcode and operands of each instruction. In SPIR-V an instruction's first word holds its length in words in the
 /// upper half and the opcode in the lower half.
 fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
-    let mut rest = &words[HEADER..];
+    let mut rest = &words[HEADER_WORDS..];
     std::iter::from_fn(move || {
         let &first = rest.first()?;
         let (instruction, after) = rest.split_at((first >> 16) as usize);
@@ -150,20 +150,20 @@ fn push(words: &mut Vec<u32>, code: u32, operands: &[u32]) {
 
 /// Removes the initialisers of private arrays of more than [`MAX_INITIALISED_LENGTH`] elements; types precede the
 /// variables that use them.
-fn without_zeros(words: &[u32]) -> Vec<u32> {
+fn without_initialisers(words: &[u32]) -> Vec<u32> {
     const CONSTANT: u32 = 43;
     const TYPE_ARRAY: u32 = 28;
     const TYPE_POINTER: u32 = 32;
     const VARIABLE: u32 = 59;
     const PRIVATE: u32 = 6;
-    let (mut lengths, mut long, mut written) = (HashMap::new(), HashMap::new(), words[..HEADER].to_vec());
+    let (mut lengths, mut long, mut written) = (HashMap::new(), HashMap::new(), words[..HEADER_WORDS].to_vec());
     for (code, operands) in instructions(words) {
         match (code, operands) {
             (CONSTANT, &[_, id, value]) => {
                 lengths.insert(id, value);
             }
             (TYPE_ARRAY, &[id, _, length]) => {
-                long.insert(id, lengths.get(&length).is_some_and(|&length| length > SHORT));
+                long.insert(id, lengths.get(&length).is_some_and(|&length| length > MAX_INITIALISED_LENGTH));
             }
             (TYPE_POINTER, &[id, _, pointed]) => {
                 long.insert(id, long.get(&pointed) == Some(&true));
@@ -181,12 +181,12 @@ fn without_zeros(words: &[u32]) -> Vec<u32> {
 
 /// Decorates every addition, subtraction, multiplication, division and negation with `NoContraction`: drivers otherwise
 /// factor sums and move constants into products. Decorations precede the first type.
-fn exact(words: &[u32]) -> Vec<u32> {
+fn without_contraction(words: &[u32]) -> Vec<u32> {
     const DECORATE: u32 = 71;
     const NO_CONTRACTION: u32 = 42;
     const ARITHMETIC: [u32; 5] = [127, 129, 131, 133, 136];
     const TYPES: std::ops::RangeInclusive<u32> = 19..=39;
-    let mut written = words[..HEADER].to_vec();
+    let mut written = words[..HEADER_WORDS].to_vec();
     let mut decorated = false;
     for (code, operands) in instructions(words) {
         if TYPES.contains(&code) && !decorated {
@@ -216,7 +216,7 @@ mod tests {
             @group(0) @binding(2) var<storage, read> into: array<f32>;
             @group(0) @binding(3) var<storage, read> unused: array<f32>;
             @compute @workgroup_size(1) fn probe() { out[0] = into[0] + long[7] + short[7] + alone; }";
-        let kernel = Kernel::of(text.to_owned()).expect("the source is valid");
+        let kernel = Kernel::parse(text.to_owned()).expect("the source is valid");
         let compiled = compile(&kernel, "probe", false).expect("it has the entry point");
         let mut lengths = variables(&compiled.words);
         lengths.sort_unstable();
@@ -233,14 +233,14 @@ mod tests {
     fn workgroup_variables_are_rounded_up_to_sixteen_bytes() {
         let text = "var<workgroup> one: f32; var<workgroup> some: array<f32, 5>; var<private> own: array<f32, 64>;
             @compute @workgroup_size(1) fn probe() { some[1] = one + own[0]; }";
-        assert_eq!(Kernel::of(text.to_owned()).expect("the source is valid").workgroup_bytes(), 16 + 32);
+        assert_eq!(Kernel::parse(text.to_owned()).expect("the source is valid").workgroup_bytes(), 16 + 32);
     }
 
     #[test]
     fn an_invalid_source_is_rejected_with_an_excerpt() {
-        let refused = Kernel::of("@compute @workgroup_size(1) fn probe() { lost = 1; }".to_owned()).err();
+        let refused = Kernel::parse("@compute @workgroup_size(1) fn probe() { lost = 1; }".to_owned()).err();
         assert!(refused.is_some_and(|why| why.contains("lost")), "the error names the unknown identifier");
-        let without = Kernel::of("fn probe() {}".to_owned()).expect("the source is valid");
+        let without = Kernel::parse("fn probe() {}".to_owned()).expect("the source is valid");
         assert!(compile(&without, "probe", false).is_err(), "no entry point");
     }
 
@@ -249,7 +249,7 @@ mod tests {
         let text = "@group(0) @binding(0) var<storage, read> x: array<f32>;
             @group(0) @binding(1) var<storage, read_write> y: array<f32>;
             @compute @workgroup_size(1) fn probe() { y[0] = x[0] * x[1] - x[2]; }";
-        let kernel = Kernel::of(text.to_owned()).expect("the source is valid");
+        let kernel = Kernel::parse(text.to_owned()).expect("the source is valid");
         let alone = |kernel: &Kernel| {
             let words = compile(kernel, "probe", false).expect("it has the entry point").words;
             instructions(&words).filter(|(code, operands)| *code == 71 && operands[1] == 42).count()

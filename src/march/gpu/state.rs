@@ -3,8 +3,8 @@
 //! This table defines the slots: the host reads results by it, and the WGSL functions that load and save each block are
 //! generated from it.
 
-use crate::plan::layout::HEATS;
-use crate::plan::{GasPath, Plan};
+use crate::plan::layout::HEAT_TOTALS;
+use crate::plan::{GasFlowModel, Plan};
 
 /// A block of the state, in the order of the buffer. Results for the host start at [`Heat`](Self::Heat).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,7 @@ impl Block {
     ];
 
     /// The name of the block in WGSL, and the WGSL variables of item `i`, one word each.
-    const fn in_kernel(self) -> (&'static str, &'static [&'static str]) {
+    const fn wgsl(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Temperatures => ("temperatures", &["temperatures[i].high", "temperatures[i].low"]),
             Self::Readings => {
@@ -68,10 +68,12 @@ impl Block {
                     "lost_and_stored[1]",
                 ],
             ),
-            Self::GasFlows => ("gas_flows", &["recent[0]", "recent[1]", "mean_leaving", "back_leaving"]),
+            Self::GasFlows => {
+                ("gas_flows", &["recent_outflows[0]", "recent_outflows[1]", "mean_hot_outflow", "back_outflow"])
+            }
             Self::Advancements => ("advancements", &["advancements[i].high", "advancements[i].low"]),
-            Self::Phases => ("phases", &["phases_onward[i]"]),
-            Self::Sources => ("sources", &["made_mean[i]", "absorbed_mean[i]", "restraints[i]"]),
+            Self::Phases => ("phases", &["first_stage_phases[i]"]),
+            Self::Sources => ("sources", &["mean_gas_source[i]", "mean_absorbed_heat[i]", "heat_slopes[i]"]),
             Self::Pressures => (
                 "pressures",
                 &[
@@ -79,7 +81,7 @@ impl Block {
                     "pressures[i].low",
                     "pressure_rates[i]",
                     "pores[i].storage",
-                    "mean_flows[i]",
+                    "mean_mass_fluxes[i]",
                     "supply[i]",
                 ],
             ),
@@ -91,21 +93,21 @@ impl Block {
         let of_gas = |items: usize| if plan.gas.is_some() { items } else { 0 };
         match self {
             Self::Temperatures => plan.cells(),
-            Self::Readings => plan.places.len(),
-            Self::Heat => HEATS,
+            Self::Readings => plan.sensor_locations.len(),
+            Self::Heat => HEAT_TOTALS,
             Self::Stored => 1,
             Self::Extremes => plan.plies.len(),
             Self::GasSums | Self::GasFlows => of_gas(1),
-            Self::Advancements => of_gas(plan.cells() * plan.reactions.max(1)),
-            Self::Phases => of_gas(plan.cells() * plan.states),
+            Self::Advancements => of_gas(plan.cells() * plan.max_reactions.max(1)),
+            Self::Phases => of_gas(plan.cells() * plan.max_states),
             Self::Sources => of_gas(plan.cells()),
-            Self::Pressures if plan.gas == Some(GasPath::Darcy) => plan.cells(),
+            Self::Pressures if plan.gas == Some(GasFlowModel::Darcy) => plan.cells(),
             Self::Pressures => 0,
         }
     }
 
     fn words(self, plan: &Plan) -> usize {
-        self.items(plan) * self.in_kernel().1.len()
+        self.items(plan) * self.wgsl().1.len()
     }
 
     /// First slot of the block.
@@ -130,10 +132,10 @@ pub(super) fn slots(plan: &Plan) -> Slots {
 /// to `end` by `stride`. `save_…` returns the number of items saved, fewer where a driver terminated the loop early.
 pub(super) fn declarations() -> String {
     let padding = (Block::ALL.len()..SLOT_WORDS).map(|place| format!("unused_{place}"));
-    let names = Block::ALL.iter().map(|block| block.in_kernel().0.to_owned()).chain(padding);
+    let names = Block::ALL.iter().map(|block| block.wgsl().0.to_owned()).chain(padding);
     let fields: String = names.map(|name| format!("    {name}: u32,\n")).collect();
     let functions = Block::ALL.iter().map(|block| {
-        let (name, variables) = block.in_kernel();
+        let (name, variables) = block.wgsl();
         let words = variables.len();
         let places =
             variables.iter().zip(0..).map(|(variable, word)| (*variable, format!("state[slot(base + {word}u)]")));

@@ -9,7 +9,7 @@ mod short_marches;
 
 use super::device::{Adapter, Device, adapters};
 use super::spirv::Kernel;
-use crate::chance::Numbers;
+use crate::random::RandomStream;
 
 /// The software rasteriser, whose results are the same on every machine.
 fn adapter() -> Adapter {
@@ -22,15 +22,15 @@ fn device(checks: bool) -> Device {
 }
 
 /// Uniform random numbers between bounds.
-struct Uniform(Numbers);
+struct Uniform(RandomStream);
 
 impl Uniform {
     fn new(seed: u64) -> Self {
-        Self(Numbers::of(seed, 0))
+        Self(RandomStream::new(seed, 0))
     }
 
     fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.0.unit()
+        low + (high - low) * self.0.uniform()
     }
 }
 

@@ -11,21 +11,21 @@ pub trait Directions<V>:
     const LANES: usize;
 
     /// The same tangent in every direction.
-    fn of(value: V) -> Self;
+    fn splat(value: V) -> Self;
     fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self;
     fn lane(self, lane: usize) -> f64;
     /// As [`Real::flush_tiny`].
-    fn settled(self, threshold: Self) -> Self;
+    fn flush_tiny(self, threshold: Self) -> Self;
     /// As [`Real::sub_mul_flushed`].
-    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self;
+    fn sub_mul_flushed(self, factor: Self, before: Self, threshold: Self) -> Self;
 }
 
 impl<R: Real> Directions<R::Scalar> for R {
     const LANES: usize = R::LANES;
 
     #[inline(always)]
-    fn of(value: R::Scalar) -> Self {
-        R::of(value)
+    fn splat(value: R::Scalar) -> Self {
+        R::splat(value)
     }
     #[inline(always)]
     fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self {
@@ -36,21 +36,21 @@ impl<R: Real> Directions<R::Scalar> for R {
         R::lane(self, lane)
     }
     #[inline(always)]
-    fn settled(self, threshold: Self) -> Self {
-        R::settled(self, threshold)
+    fn flush_tiny(self, threshold: Self) -> Self {
+        R::flush_tiny(self, threshold)
     }
     #[inline(always)]
-    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
-        R::less_times(self, factor, before, threshold)
+    fn sub_mul_flushed(self, factor: Self, before: Self, threshold: Self) -> Self {
+        R::sub_mul_flushed(self, factor, before, threshold)
     }
 }
 
 /// Two vectors as one of twice the lanes, so that narrow vectors also hold the directions of most layups in one march.
 /// A pair and not an array: arrays of vectors stay in memory (twice the time in f32).
 #[derive(Clone, Copy)]
-pub struct Twofold<D>(D, D);
+pub struct DoubleWidth<D>(D, D);
 
-impl<D: Add<Output = D>> Add for Twofold<D> {
+impl<D: Add<Output = D>> Add for DoubleWidth<D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -58,7 +58,7 @@ impl<D: Add<Output = D>> Add for Twofold<D> {
     }
 }
 
-impl<D: Sub<Output = D>> Sub for Twofold<D> {
+impl<D: Sub<Output = D>> Sub for DoubleWidth<D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -66,7 +66,7 @@ impl<D: Sub<Output = D>> Sub for Twofold<D> {
     }
 }
 
-impl<D: Mul<Output = D>> Mul for Twofold<D> {
+impl<D: Mul<Output = D>> Mul for DoubleWidth<D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -74,7 +74,7 @@ impl<D: Mul<Output = D>> Mul for Twofold<D> {
     }
 }
 
-impl<D: Neg<Output = D>> Neg for Twofold<D> {
+impl<D: Neg<Output = D>> Neg for DoubleWidth<D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -82,12 +82,12 @@ impl<D: Neg<Output = D>> Neg for Twofold<D> {
     }
 }
 
-impl<V: Copy, D: Directions<V>> Directions<V> for Twofold<D> {
+impl<V: Copy, D: Directions<V>> Directions<V> for DoubleWidth<D> {
     const LANES: usize = 2 * D::LANES;
 
     #[inline(always)]
-    fn of(value: V) -> Self {
-        Self(D::of(value), D::of(value))
+    fn splat(value: V) -> Self {
+        Self(D::splat(value), D::splat(value))
     }
     #[inline(always)]
     fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
@@ -98,11 +98,14 @@ impl<V: Copy, D: Directions<V>> Directions<V> for Twofold<D> {
         if lane < D::LANES { self.0.lane(lane) } else { self.1.lane(lane - D::LANES) }
     }
     #[inline(always)]
-    fn settled(self, threshold: Self) -> Self {
-        Self(self.0.settled(threshold.0), self.1.settled(threshold.1))
+    fn flush_tiny(self, threshold: Self) -> Self {
+        Self(self.0.flush_tiny(threshold.0), self.1.flush_tiny(threshold.1))
     }
     #[inline(always)]
-    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
-        Self(self.0.less_times(factor.0, before.0, threshold.0), self.1.less_times(factor.1, before.1, threshold.1))
+    fn sub_mul_flushed(self, factor: Self, before: Self, threshold: Self) -> Self {
+        Self(
+            self.0.sub_mul_flushed(factor.0, before.0, threshold.0),
+            self.1.sub_mul_flushed(factor.1, before.1, threshold.1),
+        )
     }
 }

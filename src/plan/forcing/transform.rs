@@ -18,11 +18,11 @@ pub(super) enum Transform {
 }
 
 impl Transform {
-    pub(super) fn of(&self, value: f64) -> f64 {
+    pub(super) fn apply(&self, value: f64) -> f64 {
         match self {
             Self::Identity => value,
             Self::FourthPower => (value * value) * (value * value),
-            Self::ConductivityIntegral(integral) => integral.of(value),
+            Self::ConductivityIntegral(integral) => integral.at(value),
         }
     }
 
@@ -60,7 +60,7 @@ impl ConductivityIntegral {
         (here, (next - here) / TABLE_STEP_K)
     }
 
-    fn of(&self, temperature_k: f64) -> f64 {
+    fn at(&self, temperature_k: f64) -> f64 {
         let node = ((temperature_k - TABLE_START_K) / TABLE_STEP_K).clamp(0.0, (TABLE_NODES - 2) as f64) as usize;
         let beyond_k = temperature_k - (TABLE_START_K + TABLE_STEP_K * node as f64);
         let (conductivity, slope) = self.segment(node);
@@ -93,7 +93,7 @@ mod tests {
         let integral = Arc::new(ConductivityIntegral::new(&conductivity, 8e3));
         for transform in [Transform::Identity, Transform::FourthPower, Transform::ConductivityIntegral(integral)] {
             for temperature_k in [4.0, 300.0, 301.7, 1644.0, 3990.0] {
-                let found_k = transform.inverse(transform.of(temperature_k));
+                let found_k = transform.inverse(transform.apply(temperature_k));
                 assert!((found_k - temperature_k).abs() < 1e-9 * temperature_k, "{found_k} K, not {temperature_k} K");
             }
         }

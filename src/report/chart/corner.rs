@@ -1,6 +1,6 @@
 //! A corner plot: one panel per pair, each with its own axes.
 
-use super::super::figure::{Ink, Region, Variable};
+use super::super::figure::{CornerVariable, DensityRegion, Ink};
 use super::{colour, css, escaped, faded, number, numbers};
 use serde_json::{Map, Value, json};
 
@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 const GAP: f64 = 0.02;
 
 /// `{"traces": […], "layout": {…}}`.
-pub(super) fn draw(variables: &[Variable], regions: &[Region]) -> Value {
+pub(super) fn draw(variables: &[CornerVariable], regions: &[DensityRegion]) -> Value {
     let count = variables.len();
     // Axes are numbered row by row; plotly omits the number of the first.
     let axis = |row: usize, column: usize| match row * count + column {
@@ -70,7 +70,7 @@ pub(super) fn draw(variables: &[Variable], regions: &[Region]) -> Value {
     json!({"traces": traces, "layout": layout})
 }
 
-fn diagonal(variable: &Variable) -> Vec<Value> {
+fn diagonal(variable: &CornerVariable) -> Vec<Value> {
     let top = variable.shares.iter().copied().fold(0.0, f64::max);
     let upright = |at: f64, ink: Ink, dash: &str| {
         json!({
@@ -82,9 +82,9 @@ fn diagonal(variable: &Variable) -> Vec<Value> {
     let hover = format!("{}: %{{x:.4f}}, %{{customdata:.1f}} %<extra></extra>", escaped(&variable.name));
     vec![
         json!({
-            "type": "bar", "x": numbers(&variable.middles), "y": numbers(&variable.shares),
+            "type": "bar", "x": numbers(&variable.bin_centres), "y": numbers(&variable.shares),
             "customdata": numbers(&per_cent),
-            "width": (variable.range.1 - variable.range.0) / variable.middles.len() as f64,
+            "width": (variable.range.1 - variable.range.0) / variable.bin_centres.len() as f64,
             "marker": {"color": faded(Ink::Series(0), 0.55)}, "hovertemplate": hover,
         }),
         upright(variable.interval.0, Ink::Measured, "dash"),
@@ -93,11 +93,11 @@ fn diagonal(variable: &Variable) -> Vec<Value> {
     ]
 }
 
-fn pair(x: &Variable, y: &Variable, region: &Region) -> Vec<Value> {
+fn pair(x: &CornerVariable, y: &CornerVariable, region: &DensityRegion) -> Vec<Value> {
     let z: Vec<Value> = region.enclosed.iter().map(|row| numbers(row)).collect();
     vec![
         json!({
-            "type": "contour", "x": numbers(&x.middles), "y": numbers(&y.middles), "z": z, "showscale": false,
+            "type": "contour", "x": numbers(&x.bin_centres), "y": numbers(&y.bin_centres), "z": z, "showscale": false,
             "contours": {"start": 0.5, "end": 0.95, "size": 0.45, "coloring": "fill"}, "line": {"width": 1},
             "colorscale": [[0, tint(0.6)], [0.5, tint(0.25)], [1, tint(0.0)]],
             "hoverinfo": "x+y",

@@ -2,17 +2,17 @@
 
 mod profile;
 
-use super::objective;
+use super::objective_definition;
 use crate::case::{Case, Observation};
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
-use crate::report::figures::{correlations, file_name, line, measured, temperature, thinned, time};
-use crate::report::words;
-use crate::report::words::sentence;
+use crate::report::figures::{correlation_matrix, file_name, line, measured, temperature_axis, thinned, time_axis};
+use crate::report::format;
+use crate::report::format::clause;
 use crate::study::answers::Answers;
-use crate::study::estimate::{Estimated, Fitted, Landscape, NODES};
+use crate::study::estimate::{CaseFit, Landscape, NODES, ParameterEstimates};
 use crate::study::nominal::Misfit;
 
-pub(super) fn figures(answers: &Answers, outcome: &Estimated) -> Vec<Figure> {
+pub(super) fn figures(answers: &Answers, outcome: &ParameterEstimates) -> Vec<Figure> {
     let (mut figures, mut validation) = (Vec::new(), Vec::new());
     for (case, fitted) in answers.fits(outcome) {
         for seen in &case.observations {
@@ -23,15 +23,15 @@ pub(super) fn figures(answers: &Answers, outcome: &Estimated) -> Vec<Figure> {
     }
     figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(outcome, landscape)));
     figures.extend(profile::figures(outcome));
-    figures.push(descent(outcome));
+    figures.push(objective_by_iteration(outcome));
     figures.extend(answers.fits(outcome).map(|(case, fitted)| residuals(answers, case, outcome, fitted)));
     if outcome.factors.len() > 1 {
-        figures.push(correlations(
+        figures.push(correlation_matrix(
             "estimates",
             "Correlation of the estimates",
             format!(
                 "Correlation of the errors of the estimates. Least determined direction: {}.",
-                outcome.identifiability.weakest
+                outcome.identifiability.weakest_direction
             ),
             names(outcome),
             &outcome.identifiability.correlation,
@@ -41,7 +41,7 @@ pub(super) fn figures(answers: &Answers, outcome: &Estimated) -> Vec<Figure> {
     figures
 }
 
-fn names(outcome: &Estimated) -> Vec<String> {
+fn names(outcome: &ParameterEstimates) -> Vec<String> {
     outcome.factors.iter().map(|factor| factor.factor.name.clone()).collect()
 }
 
@@ -49,16 +49,16 @@ fn names(outcome: &Estimated) -> Vec<String> {
 fn fit(
     answers: &Answers,
     case: &Case,
-    fitted: &Fitted,
+    fitted: &CaseFit,
     seen: &Observation,
     misfit: Option<&(Misfit, Misfit)>,
 ) -> Figure {
     let sensor = seen.sensor;
-    let name = &answers.sensor(case, sensor);
+    let name = &answers.sensor_name(case, sensor);
     let (from, to) = case.window_s(sensor);
     let (before, after) = (&fitted.before, &fitted.after);
     let mut layers: Vec<Layer> =
-        misfit.map(|_| Layer::Window { name: "data window".to_owned(), from, to }).into_iter().collect();
+        misfit.map(|_| Layer::Interval { name: "data window".to_owned(), from, to }).into_iter().collect();
     layers.extend([
         line("nominal".to_owned(), Ink::Guide, Stroke::Dashed, &before.instants_s, &before.temperatures_k[sensor]),
         line("estimated".to_owned(), Ink::Series(0), Stroke::Solid, &after.instants_s, &after.temperatures_k[sensor]),
@@ -67,32 +67,33 @@ fn fit(
     let text = match misfit {
         Some((before, after)) => format!(
             "RMSE from {} to {}: {} with the nominal factors, {} with the estimated ones.",
-            words::seconds(from),
-            words::seconds(to),
-            words::misfit(before.rms_k),
-            words::misfit(after.rms_k)
+            format::seconds(from),
+            format::seconds(to),
+            format::temperature_difference(before.rms_k),
+            format::temperature_difference(after.rms_k)
         ),
         None => format!("{name} was not fitted: its misfit is a validation of the estimate."),
     };
     Figure {
         id: file_name("fit", name),
-        number: String::new(),
+        paper_reference: String::new(),
         title: format!("{name} with the nominal and the estimated factors"),
         caption: format!("{text} Error bars: two standard deviations of the measurement; samples are thinned."),
-        x: time(case),
-        y: temperature(),
+        x: time_axis(case),
+        y: temperature_axis(),
         layers,
     }
 }
 
-fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
+fn design_space(outcome: &ParameterEstimates, landscape: &Landscape) -> Figure {
     let names = names(outcome);
     let axis = |index: usize| {
         let (low, high) = outcome.factors.get(index).map_or((0.0, 1.0), |factor| factor.bounds);
-        Axis::linear(names.get(index).map_or("", String::as_str)).within(low, high)
+        Axis::linear(names.get(index).map_or("", String::as_str)).with_range(low, high)
     };
-    let visited =
-        |index: usize| -> Vec<f64> { outcome.path.iter().filter_map(|turn| turn.values.get(index).copied()).collect() };
+    let visited = |index: usize| -> Vec<f64> {
+        outcome.iterations.iter().filter_map(|turn| turn.values.get(index).copied()).collect()
+    };
     let (x, y) = (visited(0), visited(1));
     let last = |values: &[f64]| -> Vec<f64> { values.last().copied().into_iter().collect() };
     let layers = vec![
@@ -101,7 +102,7 @@ fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
             x: landscape.x.clone(),
             y: landscape.y.clone(),
             values: landscape.objective.clone(),
-            levels: levels(&landscape.objective),
+            levels: contour_levels(&landscape.objective),
         },
         Layer::Line {
             name: "iterations".to_owned(),
@@ -116,14 +117,14 @@ fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
     let minima = landscape.minima().len();
     Figure {
         id: "design-space".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Objective over the two factors, with the iterations".to_owned(),
         caption: format!(
             "Contours of the objective S, which has {} within the bounds. A long narrow valley means that the data \
              determine a combination of the two factors better than either factor. {} Residuals are interpolated with \
              their derivatives between {NODES} × {NODES} marched pairs of factors.",
-            words::counted_as(minima, "minimum", "minima"),
-            objective(outcome)
+            format::counted_irregular(minima, "minimum", "minima"),
+            objective_definition(outcome)
         ),
         x: axis(0),
         y: axis(1),
@@ -133,7 +134,7 @@ fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
 
 /// Twelve levels in equal ratios over at most four decades: without noise the minimum is a rounding error, and levels
 /// down to it would crowd around one point.
-fn levels(values: &[Vec<f64>]) -> Vec<f64> {
+fn contour_levels(values: &[Vec<f64>]) -> Vec<f64> {
     let shown = || values.iter().flatten().copied().filter(|value| value.is_finite() && *value > 0.0);
     let high = shown().fold(0.0, f64::max);
     let low = shown().fold(f64::INFINITY, f64::min).max(1e-4 * high);
@@ -144,22 +145,22 @@ fn levels(values: &[Vec<f64>]) -> Vec<f64> {
     (1..=12).map(|step| low * (high / low).powf(f64::from(step) / 13.0)).collect()
 }
 
-fn descent(outcome: &Estimated) -> Figure {
-    let x: Vec<f64> = (0..outcome.path.len()).map(|turn| turn as f64).collect();
-    let y: Vec<f64> = outcome.path.iter().map(|turn| turn.objective).collect();
+fn objective_by_iteration(outcome: &ParameterEstimates) -> Figure {
+    let x: Vec<f64> = (0..outcome.iterations.len()).map(|turn| turn as f64).collect();
+    let y: Vec<f64> = outcome.iterations.iter().map(|turn| turn.objective).collect();
     Figure {
         id: "objective".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Objective by iteration".to_owned(),
         caption: format!(
             "S falls from {} to {} in {}. Termination: {}. {}",
-            words::significant(outcome.objectives().0, 3),
-            words::significant(outcome.objectives().1, 3),
-            words::counted(outcome.path.len().saturating_sub(1), "iteration"),
-            sentence(&outcome.termination),
-            objective(outcome)
+            format::significant(outcome.objectives().0, 3),
+            format::significant(outcome.objectives().1, 3),
+            format::counted(outcome.iterations.len().saturating_sub(1), "iteration"),
+            clause(&outcome.termination),
+            objective_definition(outcome)
         ),
-        x: Axis::whole("Iteration"),
+        x: Axis::integer("Iteration"),
         y: Axis::log("Objective S (minimised)"),
         layers: vec![
             line(String::new(), Ink::Series(0), Stroke::Solid, &x, &y),
@@ -168,7 +169,7 @@ fn descent(outcome: &Estimated) -> Figure {
     }
 }
 
-fn residuals(answers: &Answers, case: &Case, outcome: &Estimated, fitted: &Fitted) -> Figure {
+fn residuals(answers: &Answers, case: &Case, outcome: &ParameterEstimates, fitted: &CaseFit) -> Figure {
     let is_fitted = |seen: &&Observation| fitted.sensors.contains(&seen.sensor);
     let shown: Vec<&Observation> = case.observations.iter().filter(is_fitted).collect();
     let band = |name: String, ink: Ink, seen: &Observation| {
@@ -199,17 +200,21 @@ fn residuals(answers: &Answers, case: &Case, outcome: &Estimated, fitted: &Fitte
         layers.push(line(name, Ink::Series(seen.sensor), Stroke::Solid, times_s, residuals_k));
     }
     Figure {
-        id: if answers.others.is_empty() { "residuals".to_owned() } else { file_name("residuals", &case.id) },
-        number: String::new(),
-        title: if answers.others.is_empty() { "Residuals".to_owned() } else { format!("Residuals of {}", case.id) },
+        id: if answers.other_cases.is_empty() { "residuals".to_owned() } else { file_name("residuals", &case.id) },
+        paper_reference: String::new(),
+        title: if answers.other_cases.is_empty() {
+            "Residuals".to_owned()
+        } else {
+            format!("Residuals of {}", case.id)
+        },
         caption: format!(
             "Measurement less prediction in the data window. Lag-one autocorrelation {}; effective sample size {} of \
              {}.",
-            words::significant(outcome.autocorrelation, 2),
-            words::significant(outcome.effective_samples, 2),
-            words::count(outcome.samples),
+            format::significant(outcome.autocorrelation, 2),
+            format::significant(outcome.effective_samples, 2),
+            format::count(outcome.samples),
         ),
-        x: time(case).within(case.trusted_s().0, case.trusted_s().1),
+        x: time_axis(case).with_range(case.fit_window_s().0, case.fit_window_s().1),
         y: Axis::linear("Measurement less prediction, K"),
         layers,
     }

@@ -1,25 +1,25 @@
 //! The section of an estimate.
 
-use super::{ends, noise, objective, standard_error, within};
+use super::{interval_text, multistart_summary, noise_model, objective_definition, standard_error};
+use crate::report::format;
+use crate::report::format::clause;
 use crate::report::html::table::{list, table};
 use crate::report::nominal::{MISFIT_HEAD, misfit_cells};
-use crate::report::words;
-use crate::report::words::sentence;
 use crate::study::answers::Answers;
-use crate::study::estimate::{Estimand, Estimated};
+use crate::study::estimate::{Estimand, ParameterEstimates};
 
-pub(super) fn page(answers: &Answers, outcome: &Estimated) -> String {
+pub(super) fn page(answers: &Answers, outcome: &ParameterEstimates) -> String {
     let rows: Vec<Vec<String>> = (outcome.factors.iter().enumerate())
         .map(|(place, Estimand { factor, bounds, .. })| {
             let (least, most) = *bounds;
             let bounded = if outcome.at_bound[place] { "(on bound)" } else { "" };
             vec![
                 factor.name.clone(),
-                words::meaning(factor),
-                format!("{:.3}", outcome.path[0].values[place]),
+                format::factor_meaning(factor),
+                format!("{:.3}", outcome.iterations[0].values[place]),
                 format!("{:.4}", outcome.values[place]),
                 standard_error(outcome, place),
-                within(outcome, place),
+                interval_text(outcome, place),
                 format!("{least:.2} to {most:.2} {bounded}").trim_end().to_owned(),
             ]
         })
@@ -34,21 +34,21 @@ pub(super) fn page(answers: &Answers, outcome: &Estimated) -> String {
         })
         .collect();
     let mut text = vec![
-        format!("Termination: {}. {}", sentence(&outcome.termination), outcome.advice),
+        format!("Termination: {}. {}", clause(&outcome.termination), outcome.advice),
         format!(
             "{} Initial value {}, final value {}.",
-            objective(outcome),
-            words::significant(outcome.objectives().0, 4),
-            words::significant(outcome.objectives().1, 4)
+            objective_definition(outcome),
+            format::significant(outcome.objectives().0, 4),
+            format::significant(outcome.objectives().1, 4)
         ),
         format!(
             "Condition number {}; least determined direction: {}.",
-            words::condition(outcome.identifiability.condition_number),
-            sentence(&outcome.identifiability.weakest)
+            format::condition_number(outcome.identifiability.condition_number),
+            clause(&outcome.identifiability.weakest_direction)
         ),
-        noise(outcome),
+        noise_model(outcome),
     ];
-    text.extend(ends(outcome));
+    text.extend(multistart_summary(outcome));
     let head = ["Factor", "Scales", "Start", "Estimate", "Standard error", "95 % interval", "Bounds"];
     table("Estimates", &head, &rows)
         + &errors(outcome)
@@ -57,14 +57,14 @@ pub(super) fn page(answers: &Answers, outcome: &Estimated) -> String {
         + &list(&text)
 }
 
-fn profiles(outcome: &Estimated) -> String {
+fn profiles(outcome: &ParameterEstimates) -> String {
     let rows: Vec<Vec<String>> = (outcome.profiles.iter())
         .map(|profile| {
             let Estimand { factor, bounds, .. } = &outcome.factors[profile.factor];
             vec![
                 factor.name.clone(),
-                words::interval(outcome.intervals[profile.factor], *bounds),
-                words::profiled(profile.interval, *bounds),
+                format::interval(outcome.intervals[profile.factor], *bounds),
+                format::profile_interval(profile.interval, *bounds),
             ]
         })
         .collect();
@@ -72,13 +72,13 @@ fn profiles(outcome: &Estimated) -> String {
 }
 
 /// The standard error of each estimate and its parts.
-fn errors(outcome: &Estimated) -> String {
+fn errors(outcome: &ParameterEstimates) -> String {
     let row = |place: usize| {
         vec![
             outcome.factors[place].factor.name.clone(),
             standard_error(outcome, place),
-            words::significant(outcome.independent_errors[place], 2),
-            words::significant(outcome.numerical_errors[place], 2),
+            format::significant(outcome.independent_errors[place], 2),
+            format::significant(outcome.numerical_errors[place], 2),
         ]
     };
     let head = [

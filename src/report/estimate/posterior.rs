@@ -9,55 +9,55 @@ pub(super) use page::posterior as page;
 pub(super) use record::PosteriorRecord;
 
 use crate::case::Case;
-use crate::fit::Mixing;
+use crate::fit::ChainDiagnostics;
 use crate::report::figures::file_name;
-use crate::report::files::table::File;
-use crate::report::files::table::Table;
-use crate::report::{ReportError, words};
+use crate::report::files::table::CsvTable;
+use crate::report::files::table::NamedFile;
+use crate::report::{ReportError, format};
 use crate::study::answers::Answers;
-use crate::study::estimate::{Estimand, Estimated};
-use crate::study::posterior::{Foreseen, Marginal, Posterior, Predicted};
+use crate::study::estimate::{Estimand, ParameterEstimates};
+use crate::study::posterior::{Posterior, PosteriorMarginal, PosteriorPredictive, SensorPredictive};
 
 /// Settings and convergence of the Markov chains.
-pub(super) fn walked(outcome: &Posterior) -> String {
-    let converged = if outcome.is_settled() { "converged" } else { "NOT converged" };
+pub(super) fn mcmc_summary(outcome: &Posterior) -> String {
+    let converged = if outcome.has_converged() { "converged" } else { "NOT converged" };
     format!(
         "Ensemble MCMC with {} and {}, {} of them burn-in; acceptance rate {}. Largest R-hat {} (limit {}): \
          {converged}. Effective sample size {}.",
-        words::counted(outcome.walkers.number, "walker"),
-        words::counted(outcome.walkers.moves, "iteration"),
-        words::count(outcome.burn_in),
-        words::percent(outcome.acceptance),
-        words::significant(r_hat(outcome), 3),
-        words::significant(Mixing::R_HAT, 2),
-        words::count(effective(outcome)),
+        format::counted(outcome.walkers.number, "walker"),
+        format::counted(outcome.walkers.iterations, "iteration"),
+        format::count(outcome.burn_in),
+        format::percent(outcome.acceptance),
+        format::significant(largest_r_hat(outcome), 3),
+        format::significant(ChainDiagnostics::R_HAT_LIMIT, 2),
+        format::count(effective_sample_size(outcome)),
     )
 }
 
 /// Convergence of the Markov chains on one line.
-pub(super) fn walked_shortly(outcome: &Posterior) -> String {
+pub(super) fn mcmc_summary_line(outcome: &Posterior) -> String {
     format!(
         "posterior: R-hat {} ({}), ESS {}, burn-in {} of {}",
-        words::significant(r_hat(outcome), 3),
-        if outcome.is_settled() { "converged" } else { "NOT converged" },
-        words::count(effective(outcome)),
-        words::count(outcome.burn_in),
-        words::count(outcome.walkers.moves)
+        format::significant(largest_r_hat(outcome), 3),
+        if outcome.has_converged() { "converged" } else { "NOT converged" },
+        format::count(effective_sample_size(outcome)),
+        format::count(outcome.burn_in),
+        format::count(outcome.walkers.iterations)
     )
 }
 
 /// Largest R-hat of all factors.
-fn r_hat(outcome: &Posterior) -> f64 {
-    outcome.marginals.iter().map(|marginal| marginal.mixing.r_hat).fold(0.0, f64::max)
+fn largest_r_hat(outcome: &Posterior) -> f64 {
+    outcome.marginals.iter().map(|marginal| marginal.diagnostics.r_hat).fold(0.0, f64::max)
 }
 
 /// Smallest effective sample size of all factors.
-fn effective(outcome: &Posterior) -> usize {
-    outcome.marginals.iter().map(|marginal| marginal.mixing.effective_draws).fold(f64::INFINITY, f64::min) as usize
+fn effective_sample_size(outcome: &Posterior) -> usize {
+    outcome.marginals.iter().map(|marginal| marginal.diagnostics.effective_draws).fold(f64::INFINITY, f64::min) as usize
 }
 
 /// Size and correlation of the model discrepancy.
-pub(super) fn lacking(outcome: &Posterior) -> String {
+pub(super) fn model_discrepancy(outcome: &Posterior) -> String {
     let found = outcome.discrepancy;
     if found.share == 0.0 {
         return "No model discrepancy: the residuals do not exceed the standard deviations of the measurement. Both \
@@ -65,71 +65,75 @@ pub(super) fn lacking(outcome: &Posterior) -> String {
             .to_owned();
     }
     let correlation = if found.time_s.is_finite() {
-        format!("correlation time {}", words::seconds(found.time_s))
+        format!("correlation time {}", format::seconds(found.time_s))
     } else {
         "infinite correlation time".to_owned()
     };
     format!(
         "Model discrepancy (residuals beyond the standard deviations of the measurement): {} root mean square, \
          {correlation}; {} times the effect of the prior standard deviations of the factors.",
-        words::misfit(found.amplitude_k),
-        words::significant(found.share, 2)
+        format::temperature_difference(found.amplitude_k),
+        format::significant(found.share, 2)
     )
 }
 
 /// Both predictive intervals of the peak of the deepest sensor.
-pub(super) fn foreseen(answers: &Answers, outcome: &Posterior) -> Option<String> {
-    let (sensor, of) = (answers.bondline()?, outcome.predicted.first()?);
+pub(super) fn predicted_peak(answers: &Answers, outcome: &Posterior) -> Option<String> {
+    let (sensor, of) = (answers.deepest_sensor()?, outcome.predicted.first()?);
     let found = of.sensors.get(sensor)?;
-    let within = |[low_k, _, high_k]: [f64; 3]| format!("{} to {}", words::kelvin(low_k), words::kelvin(high_k));
+    let within = |[low_k, _, high_k]: [f64; 3]| format!("{} to {}", format::kelvin(low_k), format::kelvin(high_k));
     Some(format!(
         "Peak of {}, 95 % predictive intervals: {} by the factors, {} with model discrepancy.",
-        answers.sensor(&answers.case, sensor),
+        answers.sensor_name(&answers.case, sensor),
         within(found.parameters.peak_k),
         within(found.discrepancy.peak_k)
     ))
 }
 
 /// Warnings.
-pub(super) fn doubts(answers: &Answers, estimated: &Estimated, outcome: &Posterior) -> Vec<String> {
+pub(super) fn posterior_warnings(
+    answers: &Answers,
+    estimated: &ParameterEstimates,
+    outcome: &Posterior,
+) -> Vec<String> {
     let mut warnings = Vec::new();
-    if !outcome.is_settled() {
-        let enough = outcome.enough_moves();
-        let advice = if enough.is_finite() && enough > outcome.walkers.moves as f64 {
-            format!("About {} iterations should suffice (--mcmc-iterations)", words::significant(enough, 2))
+    if !outcome.has_converged() {
+        let enough = outcome.recommended_iterations();
+        let advice = if enough.is_finite() && enough > outcome.walkers.iterations as f64 {
+            format!("About {} iterations should suffice (--mcmc-iterations)", format::significant(enough, 2))
         } else {
             "Increase --mcmc-iterations".to_owned()
         };
         warnings.push(format!(
             "The posterior has not converged: R-hat {} (limit {}). {advice}; if R-hat stays high, the posterior has \
              several modes (check with --starts).",
-            words::significant(r_hat(outcome), 3),
-            words::significant(Mixing::R_HAT, 2)
+            format::significant(largest_r_hat(outcome), 3),
+            format::significant(ChainDiagnostics::R_HAT_LIMIT, 2)
         ));
     }
-    warnings.extend(apart(estimated, outcome));
-    if outcome.gain > GAIN {
+    warnings.extend(estimates_far_from_median(estimated, outcome));
+    if outcome.objective_decrease > OBJECTIVE_FALL {
         warnings.push(format!(
             "The chains found an objective below that of the estimate by {}: the estimate is a local minimum. Search \
              with --starts.",
-            words::significant(outcome.gain, 2)
+            format::significant(outcome.objective_decrease, 2)
         ));
     }
     for (case, of) in answers.cases().zip(&outcome.predicted) {
         if of.failed > 0 {
             warnings.push(format!(
                 "{} failed in {} and are excluded from its intervals.",
-                words::counted(of.failed, "posterior sample"),
+                format::counted(of.failed, "posterior sample"),
                 case.id
             ));
         }
         for (sensor, found) in case.sensors.iter().zip(&of.sensors) {
-            if found.held.is_some_and(|(_, coverage)| coverage < HELD) {
+            if found.coverage.is_some_and(|(_, coverage)| coverage < LOW_COVERAGE) {
                 warnings.push(format!(
                     "{}: only {} of the observations lie in the predictive interval with model discrepancy; an effect \
                      that no factor resembles acts there.",
                     sensor.name,
-                    words::percent(found.held.map_or(f64::NAN, |(_, coverage)| coverage))
+                    format::percent(found.coverage.map_or(f64::NAN, |(_, coverage)| coverage))
                 ));
             }
         }
@@ -138,13 +142,13 @@ pub(super) fn doubts(answers: &Answers, estimated: &Estimated, outcome: &Posteri
 }
 
 /// Estimates that are far from the posterior median, and which of the two to use.
-fn apart(estimated: &Estimated, outcome: &Posterior) -> Option<String> {
+fn estimates_far_from_median(estimated: &ParameterEstimates, outcome: &Posterior) -> Option<String> {
     let each = outcome.marginals.iter().zip(&estimated.factors).zip(&estimated.values);
-    let is_apart = |((marginal, _), value): &((&Marginal, &Estimand), &f64)| {
+    let is_apart = |((marginal, _), value): &((&PosteriorMarginal, &Estimand), &f64)| {
         let (low, high) = marginal.interval;
-        (marginal.median - **value).abs() > APART * (high - low)
+        (marginal.median - **value).abs() > MEDIAN_DISTANCE * (high - low)
     };
-    let text = |((marginal, estimand), value): ((&Marginal, &Estimand), &f64)| {
+    let text = |((marginal, estimand), value): ((&PosteriorMarginal, &Estimand), &f64)| {
         format!("{} (estimate {value:.3}, median {:.3})", estimand.factor.name, marginal.median)
     };
     let text: Vec<String> = each.filter(is_apart).map(text).collect();
@@ -152,67 +156,71 @@ fn apart(estimated: &Estimated, outcome: &Posterior) -> Option<String> {
         format!(
             "Use the posterior median and interval instead of the estimate of {}: the posterior is skewed or truncated \
              by a bound, so that its mode differs from its median.",
-            words::listed(&text)
+            format::list(&text)
         )
     })
 }
 
 /// Sentence for estimates that agree with the medians.
-pub(super) fn agreeing() -> String {
+pub(super) fn agreement() -> String {
     "Estimates and posterior medians agree within an eighth of the 95 % intervals.".to_owned()
 }
 
 /// Difference of median and estimate, in widths of the 95 % interval, that is warned of: half a standard deviation of
 /// a normal posterior.
-const APART: f64 = 0.125;
+const MEDIAN_DISTANCE: f64 = 0.125;
 /// Fall of the scaled objective that is warned of: the rise at one standard error. Less may be rounding.
-const GAIN: f64 = 1.0;
+const OBJECTIVE_FALL: f64 = 1.0;
 /// Coverage of a trace that is warned of. Samples are autocorrelated, so that the coverage of a single trace by a valid
 /// 95 % band varies widely.
-const HELD: f64 = 0.5;
+const LOW_COVERAGE: f64 = 0.5;
 
 /// Whether the observations of a sensor were fitted.
 pub(super) fn is_fitted(case: &Case, sensor: usize) -> bool {
-    case.judges().any(|seen| seen.sensor == sensor)
+    case.fitted_observations().any(|seen| seen.sensor == sensor)
 }
 
 /// Coverage of the observations by both predictive intervals.
-pub(super) fn held(case: &Case, sensor: usize, found: &Foreseen) -> String {
-    let Some((parameters, discrepancy)) = found.held else {
+pub(super) fn coverage(case: &Case, sensor: usize, found: &SensorPredictive) -> String {
+    let Some((parameters, discrepancy)) = found.coverage else {
         return "No observations.".to_owned();
     };
     let fitted = if is_fitted(case, sensor) { "fitted" } else { "not fitted" };
     format!(
         "Coverage of the observations in the data window ({fitted}), within two standard deviations of the \
          measurement: {} by the factors, {} with model discrepancy.",
-        words::percent(parameters),
-        words::percent(discrepancy)
+        format::percent(parameters),
+        format::percent(discrepancy)
     )
 }
 
 /// Posterior samples, and predictive intervals of every sensor of every case.
-pub(super) fn tables(answers: &Answers, found: &Estimated, outcome: &Posterior) -> Result<Vec<File>, ReportError> {
-    let mut tables = vec![draws(found, outcome)?];
+pub(super) fn tables(
+    answers: &Answers,
+    found: &ParameterEstimates,
+    outcome: &Posterior,
+) -> Result<Vec<NamedFile>, ReportError> {
+    let mut tables = vec![samples_table(found, outcome)?];
     for (which, (case, of)) in answers.cases().zip(&outcome.predicted).enumerate() {
         let name = if which == 0 { "predictive".to_owned() } else { file_name("predictive", &case.id) };
-        tables.push(predictive(&format!("{name}.csv"), case, of)?);
+        tables.push(predictive_table(&format!("{name}.csv"), case, of)?);
     }
     Ok(tables)
 }
 
-fn draws(found: &Estimated, outcome: &Posterior) -> Result<File, ReportError> {
+fn samples_table(found: &ParameterEstimates, outcome: &Posterior) -> Result<NamedFile, ReportError> {
     let names = found.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = Table::new("posterior.csv", names)?;
+    let mut table = CsvTable::new("posterior.csv", names)?;
     for draw in &outcome.draws {
         table.row(None, draw.iter().copied())?;
     }
-    table.close()
+    table.finish()
 }
 
-fn predictive(name: &str, case: &Case, outcome: &Predicted) -> Result<File, ReportError> {
+fn predictive_table(name: &str, case: &Case, outcome: &PosteriorPredictive) -> Result<NamedFile, ReportError> {
     let columns =
         ["p2.5_K", "p50_K", "p97.5_K", "with_discrepancy_p2.5_K", "with_discrepancy_p50_K", "with_discrepancy_p97.5_K"];
-    let mut table = Table::new(name, ["sensor", "time_s"].into_iter().chain(columns))?;
+    let mut table = CsvTable::new(name, ["sensor", "time_s"].into_iter().chain(columns))?;
     for (sensor, found) in case.sensors.iter().zip(&outcome.sensors) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
             let of = [&found.parameters, &found.discrepancy];
@@ -220,7 +228,7 @@ fn predictive(name: &str, case: &Case, outcome: &Predicted) -> Result<File, Repo
             table.row(Some(&sensor.name), std::iter::once(time_s).chain(curves))?;
         }
     }
-    table.close()
+    table.finish()
 }
 
 /// Paragraph on the method.
@@ -235,18 +243,18 @@ mod tests {
     use super::*;
     use crate::report::{fixture, warnings};
 
-    fn is_warned_of(outcomes: &fixture::Outcomes, text: &str) -> bool {
+    fn is_warned_of(outcomes: &fixture::StudyFixture, text: &str) -> bool {
         warnings::all(&outcomes.answers("estimate")).iter().any(|warning| warning.contains(text))
     }
 
     #[test]
     fn chains_that_have_not_converged_are_warned_of_with_the_iterations_needed() {
         let mut outcomes = fixture::outcomes();
-        assert!(walked(&outcomes.posterior).contains("Largest R-hat 1.05 (limit 1.1): converged."));
+        assert!(mcmc_summary(&outcomes.posterior).contains("Largest R-hat 1.05 (limit 1.1): converged."));
         assert!(!is_warned_of(&outcomes, "not converged: R-hat"));
-        outcomes.posterior.marginals[1].mixing.r_hat = 1.31;
-        outcomes.posterior.marginals[1].mixing.autocorrelation_moves = 80.0;
-        assert!(walked(&outcomes.posterior).contains("NOT converged"));
+        outcomes.posterior.marginals[1].diagnostics.r_hat = 1.31;
+        outcomes.posterior.marginals[1].diagnostics.autocorrelation_time = 80.0;
+        assert!(mcmc_summary(&outcomes.posterior).contains("NOT converged"));
         assert!(is_warned_of(&outcomes, "R-hat 1.31 (limit 1.1). About 1,500 iterations should suffice"));
     }
 
@@ -254,8 +262,8 @@ mod tests {
     fn a_lower_objective_and_a_poor_coverage_are_warned_of() {
         let mut outcomes = fixture::outcomes();
         assert!(!is_warned_of(&outcomes, "local minimum") && !is_warned_of(&outcomes, "TC4: only"));
-        outcomes.posterior.gain = 7.3;
-        outcomes.posterior.predicted[0].sensors[3].held = Some((0.1, 0.31));
+        outcomes.posterior.objective_decrease = 7.3;
+        outcomes.posterior.predicted[0].sensors[3].coverage = Some((0.1, 0.31));
         assert!(
             is_warned_of(&outcomes, "by 7.3: the estimate is a local minimum")
                 && is_warned_of(&outcomes, "TC4: only 31 % of the observations")
@@ -273,12 +281,12 @@ mod tests {
     #[test]
     fn the_model_discrepancy_is_reported_in_kelvin_and_seconds_or_as_absent() {
         let mut outcomes = fixture::outcomes();
-        let text = lacking(&outcomes.posterior);
+        let text = model_discrepancy(&outcomes.posterior);
         assert!(
             text.contains("4.2 K") && text.contains("correlation time 8.5 s") && text.contains("0.31 times"),
             "{text}"
         );
         outcomes.posterior.discrepancy.share = 0.0;
-        assert!(lacking(&outcomes.posterior).contains("No model discrepancy"));
+        assert!(model_discrepancy(&outcomes.posterior).contains("No model discrepancy"));
     }
 }

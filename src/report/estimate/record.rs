@@ -2,9 +2,9 @@
 
 use crate::case::{Bounds, Case};
 use crate::report::ReportError;
-use crate::report::files::json::{Named, Record};
+use crate::report::files::json::{JsonObject, OrderedMap};
 use crate::study::answers::Answers;
-use crate::study::estimate::{Combination, End, Estimand, Estimated, Fitted, Profile};
+use crate::study::estimate::{CaseFit, Combination, Estimand, ParameterEstimates, Profile, StartResult};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -22,7 +22,7 @@ struct FactorRecord<'a> {
 }
 
 #[derive(Serialize)]
-struct Ends {
+struct ProfileInterval {
     low: Option<f64>,
     high: Option<f64>,
 }
@@ -51,21 +51,25 @@ struct Starts {
 
 /// The combination that the data determine of a pair of estimates that they cannot separate.
 #[derive(Serialize)]
-struct Determined<'a> {
+struct IdentifiableCombination<'a> {
     factors: [&'a str; 2],
-    /// `ratio` or `product`.
+    /// `ratio_or_zero` or `product`.
     combination: &'a str,
     value: f64,
     relative_standard_error: f64,
 }
 
 /// Write the keys of an estimate.
-pub(super) fn put(answers: &Answers, outcome: &Estimated, record: &mut Record<'_>) -> Result<(), ReportError> {
-    let counted = |is: fn(&End) -> bool| outcome.ends.iter().filter(|end| is(end)).count();
+pub(super) fn put(
+    answers: &Answers,
+    outcome: &ParameterEstimates,
+    record: &mut JsonObject<'_>,
+) -> Result<(), ReportError> {
+    let counted = |is: fn(&StartResult) -> bool| outcome.start_results.iter().filter(|end| is(end)).count();
     record.put("factors", &factors(answers, outcome))?;
     // Case → sensor → misfit.
     let misfits = answers.fits(outcome).map(|(case, fitted)| (case.id.as_str(), misfits(case, fitted)));
-    record.put("misfits", &Named(misfits.collect()))?;
+    record.put("misfits", &OrderedMap(misfits.collect()))?;
     let (initial, last) = outcome.objectives();
     record.put("objective", &Objective { initial, r#final: last })?;
     // As given to `--loss`.
@@ -73,18 +77,19 @@ pub(super) fn put(answers: &Answers, outcome: &Estimated, record: &mut Record<'_
     // The bounds that define the priors.
     record.put("prior", &outcome.prior.map(Bounds::name))?;
     let starts = Starts {
-        requested: outcome.ends.len(),
+        requested: outcome.start_results.len(),
         converged: counted(|end| end.converged),
-        at_estimate: counted(|end| end.is_least),
+        at_estimate: counted(|end| end.is_best),
     };
     record.put("starts", &starts)?;
-    record.put("iterations", &outcome.path.len().saturating_sub(1))?;
+    record.put("iterations", &outcome.iterations.len().saturating_sub(1))?;
     record.put("marches", &outcome.marches)?;
     record.put("termination", &outcome.termination)?;
     record.put("converged", &outcome.converged)?;
     record.put("condition_number", &outcome.identifiability.condition_number)?;
     record.put("correlation", &outcome.identifiability.correlation)?;
-    let determined: Vec<Determined<'_>> = outcome.combinations.iter().map(|found| determined(outcome, found)).collect();
+    let determined: Vec<IdentifiableCombination<'_>> =
+        outcome.combinations.iter().map(|found| identifiable_combination(outcome, found)).collect();
     record.put("identifiable_combinations", &determined)?;
     // 95 % intervals by profile likelihood; `null` for an end beyond the bound.
     if let Some(profiles) = profiles(outcome) {
@@ -97,10 +102,10 @@ pub(super) fn put(answers: &Answers, outcome: &Estimated, record: &mut Record<'_
     record.put("white_noise_share", &outcome.white_share)?;
     record.put("noise_variance", &outcome.noise_variance)?;
     record.put("effective_samples", &outcome.effective_samples)?;
-    record.put("noise_inflation", &outcome.shortfall)
+    record.put("noise_inflation", &outcome.noise_inflation)
 }
 
-fn factors<'a>(answers: &'a Answers, outcome: &'a Estimated) -> Named<'a, FactorRecord<'a>> {
+fn factors<'a>(answers: &'a Answers, outcome: &'a ParameterEstimates) -> OrderedMap<'a, FactorRecord<'a>> {
     let cases = |places: &[Option<usize>]| -> Vec<&'a str> {
         let within = answers.cases().zip(places).filter(|(_, place)| place.is_some() && places.len() > 1);
         within.map(|(case, _)| case.id.as_str()).collect()
@@ -114,33 +119,33 @@ fn factors<'a>(answers: &'a Answers, outcome: &'a Estimated) -> Named<'a, Factor
             has_effect: outcome.has_effect[index],
             low: outcome.intervals[index].0,
             high: outcome.intervals[index].1,
-            cases: cases(&estimand.places),
+            cases: cases(&estimand.factor_indices),
         };
         (estimand.factor.name.as_str(), record)
     };
-    Named(outcome.factors.iter().enumerate().map(record).collect())
+    OrderedMap(outcome.factors.iter().enumerate().map(record).collect())
 }
 
-fn profiles(outcome: &Estimated) -> Option<Named<'_, Ends>> {
+fn profiles(outcome: &ParameterEstimates) -> Option<OrderedMap<'_, ProfileInterval>> {
     let of = |profile: &Profile| {
         let (low, high) = profile.interval;
-        (outcome.factors[profile.factor].factor.name.as_str(), Ends { low, high })
+        (outcome.factors[profile.factor].factor.name.as_str(), ProfileInterval { low, high })
     };
-    let named: Vec<(&str, Ends)> = outcome.profiles.iter().map(of).collect();
-    (!named.is_empty()).then_some(Named(named))
+    let named: Vec<(&str, ProfileInterval)> = outcome.profiles.iter().map(of).collect();
+    (!named.is_empty()).then_some(OrderedMap(named))
 }
 
-fn misfits<'a>(case: &'a Case, fitted: &Fitted) -> Named<'a, MisfitRecord> {
+fn misfits<'a>(case: &'a Case, fitted: &CaseFit) -> OrderedMap<'a, MisfitRecord> {
     let named = fitted.sensors.iter().zip(&fitted.misfits).map(|(&sensor, (before, after))| {
         let record = MisfitRecord { nominal_rms_k: before.rms_k, estimated_rms_k: after.rms_k };
         (case.sensors[sensor].name.as_str(), record)
     });
-    Named(named.collect())
+    OrderedMap(named.collect())
 }
 
-fn determined<'a>(outcome: &'a Estimated, found: &Combination) -> Determined<'a> {
+fn identifiable_combination<'a>(outcome: &'a ParameterEstimates, found: &Combination) -> IdentifiableCombination<'a> {
     let name = |place: usize| outcome.factors[place].factor.name.as_str();
-    Determined {
+    IdentifiableCombination {
         factors: [name(found.pair.0), name(found.pair.1)],
         combination: if found.is_ratio { "ratio" } else { "product" },
         value: found.value,

@@ -3,14 +3,14 @@
 use crate::case::Case;
 use crate::report::ReportError;
 use crate::report::figures::file_name;
-use crate::report::files::table::File;
-use crate::report::files::table::Table;
-use crate::report::files::tables::{head, traces};
+use crate::report::files::table::CsvTable;
+use crate::report::files::table::NamedFile;
+use crate::report::files::tables::{header, traces_table};
 use crate::study::answers::Answers;
-use crate::study::estimate::{Estimated, Fitted, Landscape};
+use crate::study::estimate::{CaseFit, Landscape, ParameterEstimates};
 
 /// Residuals of every case, traces of further cases, iterations, profiles and landscape.
-pub(super) fn all(answers: &Answers, outcome: &Estimated) -> Result<Vec<File>, ReportError> {
+pub(super) fn all(answers: &Answers, outcome: &ParameterEstimates) -> Result<Vec<NamedFile>, ReportError> {
     let mut tables = Vec::new();
     for (which, (case, fitted)) in answers.fits(outcome).enumerate() {
         if which == 0 {
@@ -18,61 +18,62 @@ pub(super) fn all(answers: &Answers, outcome: &Estimated) -> Result<Vec<File>, R
             continue;
         }
         let name = |table: &str| format!("{}.csv", file_name(table, &case.id));
-        tables.push(traces(&name("traces"), case, &fitted.before, Some(&fitted.after))?);
+        tables.push(traces_table(&name("traces"), case, &fitted.before, Some(&fitted.after))?);
         tables.push(residuals(&name("residuals"), case, fitted)?);
     }
-    tables.push(path(outcome)?);
+    tables.push(iterations_table(outcome)?);
     if !outcome.profiles.is_empty() {
         tables.push(profiles(outcome)?);
     }
     if let Some(landscape) = &outcome.landscape {
-        tables.push(plane(outcome, landscape)?);
+        tables.push(landscape_table(outcome, landscape)?);
     }
     Ok(tables)
 }
 
-fn residuals(name: &str, case: &Case, fitted: &Fitted) -> Result<File, ReportError> {
-    let mut table = Table::new(name, ["sensor", "time_s", "residual_K"])?;
+fn residuals(name: &str, case: &Case, fitted: &CaseFit) -> Result<NamedFile, ReportError> {
+    let mut table = CsvTable::new(name, ["sensor", "time_s", "residual_K"])?;
     for (&sensor, (times_s, residuals_k)) in fitted.sensors.iter().zip(&fitted.residuals) {
         for (&time_s, &residual_k) in times_s.iter().zip(residuals_k) {
             table.row(Some(&case.sensors[sensor].name), [time_s, residual_k])?;
         }
     }
-    table.close()
+    table.finish()
 }
 
-fn path(outcome: &Estimated) -> Result<File, ReportError> {
+fn iterations_table(outcome: &ParameterEstimates) -> Result<NamedFile, ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
     let columns = names.chain(["objective".to_owned(), "damping".to_owned()]);
-    let mut table = Table::new("iterations.csv", head(&["iteration"], columns))?;
-    for (iteration, turn) in outcome.path.iter().enumerate() {
+    let mut table = CsvTable::new("iterations.csv", header(&["iteration"], columns))?;
+    for (iteration, turn) in outcome.iterations.iter().enumerate() {
         let values = turn.values.iter().copied().chain([turn.objective, turn.damping]);
         table.row(Some(&iteration.to_string()), values)?;
     }
-    table.close()
+    table.finish()
 }
 
-fn profiles(outcome: &Estimated) -> Result<File, ReportError> {
+fn profiles(outcome: &ParameterEstimates) -> Result<NamedFile, ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = Table::new("profiles.csv", head(&["profiled_factor"], names.chain(["objective_rise".to_owned()])))?;
+    let mut table =
+        CsvTable::new("profiles.csv", header(&["profiled_factor"], names.chain(["objective_rise".to_owned()])))?;
     for profile in &outcome.profiles {
         for (point, &rise) in profile.points.iter().zip(&profile.rises) {
             let profiled = &outcome.factors[profile.factor].factor.name;
             table.row(Some(profiled), point.iter().copied().chain([rise]))?;
         }
     }
-    table.close()
+    table.finish()
 }
 
-fn plane(outcome: &Estimated, landscape: &Landscape) -> Result<File, ReportError> {
+fn landscape_table(outcome: &ParameterEstimates, landscape: &Landscape) -> Result<NamedFile, ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
     let columns = names.take(2).chain(["objective", "is_line_minimum"].map(str::to_owned));
-    let mut table = Table::new("landscape.csv", columns)?;
+    let mut table = CsvTable::new("landscape.csv", columns)?;
     for (line, objective) in landscape.objective.iter().enumerate() {
         for (node, &s) in objective.iter().enumerate() {
             let is_least = f64::from(u8::from(node == landscape.valley));
             table.row(None, [landscape.x[line][node], landscape.y[line][node], s, is_least])?;
         }
     }
-    table.close()
+    table.finish()
 }

@@ -1,32 +1,32 @@
 //! Warnings about an estimate.
 
-use crate::report::warnings::{CONDITION, excursions, march};
-use crate::report::words;
+use crate::report::format;
+use crate::report::warnings::{ILL_CONDITIONED, march_warnings, table_excursions};
 use crate::study::answers::Answers;
-use crate::study::estimate::Estimated;
+use crate::study::estimate::ParameterEstimates;
 
 /// Largest acceptable ratio of residuals and stated standard deviations, either way.
-const DISAGREE: f64 = 2.0;
+const MAX_RESIDUAL_RATIO: f64 = 2.0;
 /// Lag-one autocorrelation from which residuals are not white noise.
-const AUTOCORRELATION: f64 = 0.5;
+const MAX_AUTOCORRELATION: f64 = 0.5;
 
-pub(super) fn all(answers: &Answers, outcome: &Estimated) -> Vec<String> {
+pub(super) fn all(answers: &Answers, outcome: &ParameterEstimates) -> Vec<String> {
     let mut warnings = Vec::new();
     if let (None, Some(fitted)) = (&answers.nominal, outcome.fitted.first()) {
-        warnings.extend(march(&answers.case, &fitted.before, "nominal"));
+        warnings.extend(march_warnings(&answers.case, &fitted.before, "nominal"));
     }
-    estimates(answers, outcome, &mut warnings);
+    estimate_warnings(answers, outcome, &mut warnings);
     for (case, fitted) in answers.fits(outcome) {
-        warnings.extend(march(case, &fitted.after, "fitted"));
+        warnings.extend(march_warnings(case, &fitted.after, "fitted"));
     }
     for (case, fitted) in answers.fits(outcome).skip(1) {
-        warnings.extend(march(case, &fitted.before, "nominal"));
-        warnings.extend(excursions(case, &[&fitted.before, &fitted.after]));
+        warnings.extend(march_warnings(case, &fitted.before, "nominal"));
+        warnings.extend(table_excursions(case, &[&fitted.before, &fitted.after]));
     }
     warnings
 }
 
-fn estimates(answers: &Answers, outcome: &Estimated, warnings: &mut Vec<String>) {
+fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: &mut Vec<String>) {
     if !outcome.converged {
         warnings.push(format!("The estimate did not converge ({}). {}", outcome.termination, outcome.advice));
     }
@@ -40,44 +40,44 @@ fn estimates(answers: &Answers, outcome: &Estimated, warnings: &mut Vec<String>)
             ));
         }
     }
-    combinations(outcome, warnings);
+    combination_warnings(outcome, warnings);
     let set = &outcome.identifiability;
-    if set.condition_number > CONDITION {
+    if set.condition_number > ILL_CONDITIONED {
         warnings.push(format!(
             "The estimate is ill-conditioned (condition number {}). Least determined direction: {}.",
-            words::condition(set.condition_number),
-            set.weakest
+            format::condition_number(set.condition_number),
+            set.weakest_direction
         ));
     }
     let ratio = outcome.noise_variance.sqrt();
-    if ratio > DISAGREE || (ratio < 1.0 / DISAGREE && is_seen(answers, outcome)) {
+    if ratio > MAX_RESIDUAL_RATIO || (ratio < 1.0 / MAX_RESIDUAL_RATIO && exceed_rounding(answers, outcome)) {
         let used = if outcome.prior.is_some() {
             format!(
                 " Against the priors the data are weighted with {} times their stated standard deviations.",
-                words::significant(outcome.shortfall, 2)
+                format::significant(outcome.noise_inflation, 2)
             )
         } else {
             String::new()
         };
         warnings.push(format!(
             "The residuals are {} times the stated standard deviations.{used}",
-            words::significant(ratio, 2)
+            format::significant(ratio, 2)
         ));
     }
-    if outcome.autocorrelation > AUTOCORRELATION && is_seen(answers, outcome) {
+    if outcome.autocorrelation > MAX_AUTOCORRELATION && exceed_rounding(answers, outcome) {
         warnings.push(format!(
             "The residuals are autocorrelated ({} at lag one): effective sample size {} of {}. The model is \
              incomplete; standard errors and intervals account for the correlation.",
-            words::significant(outcome.autocorrelation, 2),
-            words::significant(outcome.effective_samples, 2),
-            words::count(outcome.samples)
+            format::significant(outcome.autocorrelation, 2),
+            format::significant(outcome.effective_samples, 2),
+            format::count(outcome.samples)
         ));
     }
 }
 
 /// Whether residuals exceed a tenth of the standard deviation of the measurement at any sensor. Synthetic data without
 /// noise leave rounding errors, which are autocorrelated.
-fn is_seen(answers: &Answers, outcome: &Estimated) -> bool {
+fn exceed_rounding(answers: &Answers, outcome: &ParameterEstimates) -> bool {
     answers.fits(outcome).any(|(case, fitted)| {
         let seen = case.observations.iter().filter(|seen| fitted.sensors.contains(&seen.sensor));
         seen.zip(&fitted.misfits).any(|(seen, (_, after))| {
@@ -88,20 +88,20 @@ fn is_seen(answers: &Answers, outcome: &Estimated) -> bool {
 }
 
 /// Pairs of estimates that the data cannot separate, and the combination that they determine.
-fn combinations(outcome: &Estimated, warnings: &mut Vec<String>) {
+fn combination_warnings(outcome: &ParameterEstimates, warnings: &mut Vec<String>) {
     let name = |place: usize| outcome.factors[place].factor.name.as_str();
     for found in &outcome.combinations {
         let (first, second) = (name(found.pair.0), name(found.pair.1));
         let correlate = format!(
             "The estimates of {first} and {second} have correlation {} and cannot be separated.",
-            words::significant(found.correlation, 3)
+            format::significant(found.correlation, 3)
         );
         let (noun, sign) = if found.is_ratio { ("ratio", "/") } else { ("product", "·") };
         warnings.push(if found.relative_error.is_finite() {
             format!(
                 "{correlate} The data determine their {noun} {first}{sign}{second}: {} ± {} %.",
-                words::significant(found.value, 3),
-                words::significant(100.0 * found.relative_error, 1)
+                format::significant(found.value, 3),
+                format::significant(100.0 * found.relative_error, 1)
             )
         } else {
             format!("{correlate} The data determine only their {noun}.")
@@ -112,10 +112,10 @@ fn combinations(outcome: &Estimated, warnings: &mut Vec<String>) {
 #[cfg(test)]
 mod tests {
     use crate::report::{fixture, warnings};
-    use crate::traces::Arrival;
+    use crate::traces::MemberStatus;
 
     /// Number of warnings of a study that contain a text.
-    fn count_of(outcomes: &fixture::Outcomes, text: &str) -> usize {
+    fn count_of(outcomes: &fixture::StudyFixture, text: &str) -> usize {
         warnings::all(&outcomes.answers("study")).iter().filter(|warning| warning.contains(text)).count()
     }
 
@@ -131,7 +131,7 @@ mod tests {
         outcomes.estimated.at_bound[0] = true;
         outcomes.estimated.converged = false;
         outcomes.estimated.identifiability.condition_number = 400.0;
-        outcomes.estimated.fitted[0].after.arrival = Arrival::Strayed { time_s: 12.0 };
+        outcomes.estimated.fitted[0].after.status = MemberStatus::Diverged { time_s: 12.0 };
         outcomes.nominal.balance.back_out_j_m2 *= 1.2;
         for fault in ["bound", "converge", "ill-conditioned", "balance", "diverged"] {
             assert_eq!(count_of(&outcomes, fault), 1, "{fault}");

@@ -9,22 +9,22 @@ use serde_json::ser::PrettyFormatter;
 type Json = serde_json::Serializer<Vec<u8>, PrettyFormatter<'static>>;
 
 /// A JSON object being written; keys are in the order of the calls of [`JsonObject::put`].
-pub(in crate::report) struct Record<'a> {
-    keys: <&'a mut Json as Serializer>::SerializeMap,
+pub(in crate::report) struct JsonObject<'a> {
+    entries: <&'a mut Json as Serializer>::SerializeMap,
 }
 
-impl Record<'_> {
+impl JsonObject<'_> {
     /// The JSON text of an object whose entries `put` writes.
     ///
     /// # Errors
     /// When JSON cannot be written.
-    pub(in crate::report) fn text(
-        put: impl FnOnce(&mut Record<'_>) -> Result<(), ReportError>,
+    pub(in crate::report) fn to_json(
+        put: impl FnOnce(&mut JsonObject<'_>) -> Result<(), ReportError>,
     ) -> Result<String, ReportError> {
         let mut json = Json::with_formatter(Vec::new(), PrettyFormatter::new());
-        let mut record = Record { keys: json.serialize_map(None)? };
+        let mut record = JsonObject { entries: json.serialize_map(None)? };
         put(&mut record)?;
-        record.keys.end()?;
+        record.entries.end()?;
         Ok(String::from_utf8(json.into_inner()).expect("JSON is text") + "\n")
     }
 
@@ -33,14 +33,14 @@ impl Record<'_> {
     /// # Errors
     /// When JSON cannot be written.
     pub(in crate::report) fn put<T: Serialize + ?Sized>(&mut self, key: &str, value: &T) -> Result<(), ReportError> {
-        Ok(self.keys.serialize_entry(key, value)?)
+        Ok(self.entries.serialize_entry(key, value)?)
     }
 }
 
 /// A map in the order of the case instead of alphabetical order.
-pub(in crate::report) struct Named<'a, T>(pub(in crate::report) Vec<(&'a str, T)>);
+pub(in crate::report) struct OrderedMap<'a, T>(pub(in crate::report) Vec<(&'a str, T)>);
 
-impl<T: Serialize> Serialize for Named<'_, T> {
+impl<T: Serialize> Serialize for OrderedMap<'_, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (name, value) in &self.0 {
@@ -52,15 +52,15 @@ impl<T: Serialize> Serialize for Named<'_, T> {
 
 /// A counted share with its binomial 95 % interval.
 #[derive(Serialize)]
-pub(in crate::report) struct Counted {
+pub(in crate::report) struct ProportionRecord {
     count: usize,
     of: usize,
     share: f64,
     interval: (f64, f64),
 }
 
-impl Counted {
+impl ProportionRecord {
     pub(in crate::report) fn of(counted: Proportion) -> Self {
-        Self { count: counted.count, of: counted.of, share: counted.share(), interval: counted.interval_95() }
+        Self { count: counted.count, of: counted.total, share: counted.fraction(), interval: counted.interval_95() }
     }
 }

@@ -2,9 +2,9 @@
 //! members. Columns are not compressed, so that any reader can open them.
 
 use super::super::ReportError;
-use super::partial;
+use super::temporary_path;
 use crate::study::nominal::Peak;
-use crate::traces::{Arrival, Traces};
+use crate::traces::{MemberStatus, Traces};
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;
 use parquet::file::properties::WriterProperties;
@@ -15,15 +15,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Rows per row group; twenty columns of it take about ten megabytes.
-const GROUP: usize = 65_536;
+const ROW_GROUP_SIZE: usize = 65_536;
 
 /// A member with its factors and peaks.
 #[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
+pub struct MemberRow<'a> {
     /// Index of the member in the ensemble.
     pub member: usize,
     /// Whether it completed; the peaks of a failed member are written as NaN.
-    pub arrived: bool,
+    pub completed: bool,
     /// One value per factor.
     pub factors: &'a [f64],
     /// One peak per sensor.
@@ -33,14 +33,14 @@ pub struct Row<'a> {
 /// `members.parquet`: `member` (int64), `status` (int32: 0 completed, 1 failed), one double per factor under its name,
 /// then `TC1_peak_k`, `TC1_peak_time_s` … per sensor.
 pub struct MembersFile {
-    columns: Columns,
+    columns: ParquetColumns,
     sensors: usize,
 }
 
 /// `traces.parquet`: `member` (int64), `time_s`, then `TC1_K` … (double), one row per member and instant; failed
 /// members are omitted.
 pub struct TracesFile {
-    columns: Columns,
+    columns: ParquetColumns,
     instants_s: Vec<f64>,
 }
 
@@ -61,20 +61,20 @@ impl MembersFile {
             "status" => Physical::INT32,
             _ => Physical::DOUBLE,
         };
-        Ok(Self { columns: Columns::create(path, &names, whole)?, sensors: sensors.len() })
+        Ok(Self { columns: ParquetColumns::create(path, &names, whole)?, sensors: sensors.len() })
     }
 
     /// Append a member.
     ///
     /// # Errors
     /// When a row group cannot be written.
-    pub fn append(&mut self, row: &Row) -> Result<(), ReportError> {
-        let known = |value: f64| if row.arrived { value } else { f64::NAN };
+    pub fn append(&mut self, row: &MemberRow) -> Result<(), ReportError> {
+        let known = |value: f64| if row.completed { value } else { f64::NAN };
         let peaks = (0..self.sensors).flat_map(|sensor| {
             let peak = row.peaks.get(sensor).copied().unwrap_or(Peak { temperature_k: f64::NAN, time_s: f64::NAN });
             [known(peak.temperature_k), known(peak.time_s)]
         });
-        let status = if row.arrived { 0.0 } else { 1.0 };
+        let status = if row.completed { 0.0 } else { 1.0 };
         let leading = [row.member as f64, status];
         self.columns.row(leading.into_iter().chain(row.factors.iter().copied()).chain(peaks))
     }
@@ -97,7 +97,7 @@ impl TracesFile {
         let mut names = vec!["member".to_owned(), "time_s".to_owned()];
         names.extend(sensors.iter().map(|sensor| format!("{}_K", sensor.as_ref())));
         let whole = |name: &str| if name == "member" { Physical::INT64 } else { Physical::DOUBLE };
-        Ok(Self { columns: Columns::create(path, &names, whole)?, instants_s: instants_s.to_vec() })
+        Ok(Self { columns: ParquetColumns::create(path, &names, whole)?, instants_s: instants_s.to_vec() })
     }
 
     /// Append the completed members of a batch.
@@ -105,7 +105,7 @@ impl TracesFile {
     /// # Errors
     /// When a row group cannot be written.
     pub fn append(&mut self, traces: &Traces) -> Result<(), ReportError> {
-        for member in (0..traces.members()).filter(|&member| traces.arrivals[member] == Arrival::Done) {
+        for member in (0..traces.members()).filter(|&member| traces.statuses[member] == MemberStatus::Completed) {
             for (instant, &time_s) in self.instants_s.iter().enumerate() {
                 let leading = [(traces.first + member) as f64, time_s];
                 let sensors = (0..traces.sensors).map(|sensor| traces.trace(member, sensor)[instant]);
@@ -125,13 +125,13 @@ impl TracesFile {
 }
 
 /// Columns buffered into row groups. Integers are buffered as doubles, exact to 2⁵³.
-struct Columns {
+struct ParquetColumns {
     path: PathBuf,
     writer: Option<SerializedFileWriter<File>>,
-    gathered: Vec<Vec<f64>>,
+    buffer: Vec<Vec<f64>>,
 }
 
-impl Columns {
+impl ParquetColumns {
     fn create(path: &Path, names: &[String], kind: impl Fn(&str) -> Physical) -> Result<Self, ReportError> {
         let fault = |message: String| ReportError::Parquet { path: path.to_owned(), message };
         if let Some(twice) = names.iter().enumerate().find(|(index, name)| names[..*index].contains(name)) {
@@ -144,23 +144,23 @@ impl Columns {
         }
         let schema = Type::group_type_builder("members").with_fields(fields).build();
         let schema = Arc::new(schema.map_err(|error| fault(error.to_string()))?);
-        let file = File::create(partial(path)).map_err(|error| fault(error.to_string()))?;
+        let file = File::create(temporary_path(path)).map_err(|error| fault(error.to_string()))?;
         let properties = Arc::new(WriterProperties::builder().build());
         let writer = SerializedFileWriter::new(file, schema, properties).map_err(|error| fault(error.to_string()))?;
-        Ok(Self { path: path.to_owned(), writer: Some(writer), gathered: vec![Vec::new(); names.len()] })
+        Ok(Self { path: path.to_owned(), writer: Some(writer), buffer: vec![Vec::new(); names.len()] })
     }
 
     fn row(&mut self, values: impl Iterator<Item = f64>) -> Result<(), ReportError> {
         let mut filled = 0;
-        for (column, value) in self.gathered.iter_mut().zip(values) {
+        for (column, value) in self.buffer.iter_mut().zip(values) {
             column.push(value);
             filled += 1;
         }
-        if filled != self.gathered.len() {
-            let message = format!("a row has {filled} values for {} columns", self.gathered.len());
+        if filled != self.buffer.len() {
+            let message = format!("a row has {filled} values for {} columns", self.buffer.len());
             return Err(ReportError::Parquet { path: self.path.clone(), message });
         }
-        if self.gathered[0].len() == GROUP { self.flush() } else { Ok(()) }
+        if self.buffer[0].len() == ROW_GROUP_SIZE { self.flush() } else { Ok(()) }
     }
 
     fn flush(&mut self) -> Result<(), ReportError> {
@@ -170,7 +170,7 @@ impl Columns {
         };
         let writer = self.writer.as_mut().expect("the writer is there until the file is closed");
         let mut group = writer.next_row_group().map_err(fault)?;
-        for values in &mut self.gathered {
+        for values in &mut self.buffer {
             let mut column = group.next_column().map_err(fault)?.expect("a column for each name");
             match column.untyped() {
                 ColumnWriter::Int64ColumnWriter(typed) => {
@@ -193,22 +193,22 @@ impl Columns {
     }
 
     fn close(mut self) -> Result<PathBuf, ReportError> {
-        if !self.gathered[0].is_empty() {
+        if !self.buffer[0].is_empty() {
             self.flush()?;
         }
         let fault = |message: String| ReportError::Parquet { path: self.path.clone(), message };
         let writer = self.writer.take().expect("the writer is there until the file is closed");
         writer.close().map_err(|error| fault(error.to_string()))?;
-        fs::rename(partial(&self.path), &self.path).map_err(|error| fault(error.to_string()))?;
+        fs::rename(temporary_path(&self.path), &self.path).map_err(|error| fault(error.to_string()))?;
         Ok(self.path.clone())
     }
 }
 
-impl Drop for Columns {
+impl Drop for ParquetColumns {
     /// Remove the temporary file if the study failed before the file was closed.
     fn drop(&mut self) {
         if self.writer.take().is_some() {
-            let _ = fs::remove_file(partial(&self.path));
+            let _ = fs::remove_file(temporary_path(&self.path));
         }
     }
 }
@@ -227,11 +227,11 @@ mod tests {
     fn members_are_read_back_across_row_groups_and_failures_are_marked() {
         let path = scratch("members");
         let mut file = MembersFile::create(&path, &["f_k"], &["TC4"]).expect("a new file");
-        let members = GROUP + 10;
+        let members = ROW_GROUP_SIZE + 10;
         for member in 0..members {
             let peaks = [Peak { temperature_k: 600.0 + member as f64, time_s: 78.0 }];
             let factors = [1.0 + 1e-6 * member as f64];
-            let row = Row { member, arrived: member != 3, factors: &factors, peaks: &peaks };
+            let row = MemberRow { member, completed: member != 3, factors: &factors, peaks: &peaks };
             file.append(&row).expect("it takes a row");
         }
         assert!(!path.exists(), "the file has its name before it is complete");
@@ -258,7 +258,7 @@ mod tests {
             instants: 3,
             temperatures_k: (0..12).map(|n| 300.0 + f64::from(n)).collect(),
             gauges: Vec::new(),
-            arrivals: vec![Arrival::Strayed { time_s: 1.0 }, Arrival::Done],
+            statuses: vec![MemberStatus::Diverged { time_s: 1.0 }, MemberStatus::Completed],
             balances: Vec::new(),
             extremes_k: Vec::new(),
         };
@@ -278,7 +278,7 @@ mod tests {
         let path = scratch("abandoned");
         let file = MembersFile::create(&path, &["f_k"], &["TC4"]).expect("a new file");
         drop(file);
-        assert!(!path.exists() && !partial(&path).exists());
+        assert!(!path.exists() && !temporary_path(&path).exists());
     }
 
     #[test]

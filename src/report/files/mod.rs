@@ -2,15 +2,15 @@
 
 pub(super) mod json;
 pub mod members;
-pub(super) mod record;
+pub(super) mod summary_json;
 pub(super) mod table;
 pub(super) mod tables;
 
-pub use members::{MembersFile, Row, TracesFile};
+pub use members::{MemberRow, MembersFile, TracesFile};
 
 use super::ReportError;
 use crate::case::Case;
-use crate::study::twin::Twin;
+use crate::study::twin::SyntheticData;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -22,9 +22,9 @@ pub(super) const SUMMARY: &str = "summary.json";
 pub struct OutputFolder {
     path: PathBuf,
     /// Names of the files of an earlier report of this case.
-    earlier: Vec<String>,
+    previous_files: Vec<String>,
     /// Names of the files written apart from the report.
-    claimed: Vec<String>,
+    reserved: Vec<String>,
 }
 
 impl OutputFolder {
@@ -39,45 +39,45 @@ impl OutputFolder {
         let summary = path.join(SUMMARY);
         let mut earlier = Vec::new();
         if summary.exists() {
-            let text = fs::read_to_string(&summary).map_err(io("reading", &summary))?;
+            let text = fs::read_to_string(&summary).map_err(io_error("reading", &summary))?;
             let read: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
             let found = read["case"].as_str().unwrap_or("an unreadable summary");
             if found != case && !force {
                 return Err(ReportError::OtherCase {
                     path: path.to_owned(),
                     found: found.to_owned(),
-                    wanted: case.to_owned(),
+                    expected: case.to_owned(),
                 });
             }
             let names = read["files"].as_array().into_iter().flatten();
-            earlier.extend(names.filter_map(|name| name.as_str()).filter(|name| stays_inside(name)).map(str::to_owned));
+            earlier.extend(names.filter_map(|name| name.as_str()).filter(|name| is_inside(name)).map(str::to_owned));
         }
-        Ok(Self { path: path.to_owned(), earlier, claimed: Vec::new() })
+        Ok(Self { path: path.to_owned(), previous_files: earlier, reserved: Vec::new() })
     }
 
     /// Path of a file that is written during the study, such as `members.parquet`. It is listed in the report.
     ///
     /// # Errors
     /// When the folder cannot be created.
-    pub fn claim(&mut self, name: &str) -> Result<PathBuf, ReportError> {
-        fs::create_dir_all(&self.path).map_err(io("making", &self.path))?;
-        self.claimed.push(name.to_owned());
+    pub fn reserve(&mut self, name: &str) -> Result<PathBuf, ReportError> {
+        fs::create_dir_all(&self.path).map_err(io_error("making", &self.path))?;
+        self.reserved.push(name.to_owned());
         Ok(self.path.join(name))
     }
 
     /// Names of the files claimed so far.
-    pub fn claimed(&self) -> &[String] {
-        &self.claimed
+    pub fn reserved(&self) -> &[String] {
+        &self.reserved
     }
 
     /// Write one file atomically, and leave the other files of the folder.
     ///
     /// # Errors
     /// When the file cannot be written or renamed.
-    pub fn put(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, ReportError> {
-        fs::create_dir_all(&self.path).map_err(io("making", &self.path))?;
+    pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, ReportError> {
+        fs::create_dir_all(&self.path).map_err(io_error("making", &self.path))?;
         let path = self.path.join(name);
-        put(&path, bytes).map(|()| path)
+        write_atomically(&path, bytes).map(|()| path)
     }
 
     /// Write all files, names relative to the folder: first under temporary names, and renamed when all are complete.
@@ -89,25 +89,25 @@ impl OutputFolder {
         let paths: Vec<PathBuf> = files.iter().map(|(name, _)| self.path.join(name)).collect();
         let written = paths.iter().zip(files).try_for_each(|(path, (_, bytes))| {
             let parent = path.parent().unwrap_or(&self.path);
-            fs::create_dir_all(parent).map_err(io("making", parent))?;
-            let partial = partial(path);
-            fs::write(&partial, bytes).map_err(io("writing", &partial))
+            fs::create_dir_all(parent).map_err(io_error("making", parent))?;
+            let partial = temporary_path(path);
+            fs::write(&partial, bytes).map_err(io_error("writing", &partial))
         });
         if let Err(error) = written {
             for path in &paths {
                 // Ignored, as the first error is reported; a file that stays is named `.partial`.
-                let _ = fs::remove_file(partial(path));
+                let _ = fs::remove_file(temporary_path(path));
             }
             return Err(error);
         }
         for path in &paths {
-            fs::rename(partial(path), path).map_err(io("renaming to", path))?;
+            fs::rename(temporary_path(path), path).map_err(io_error("renaming to", path))?;
         }
-        let is_current = |name: &String| files.iter().any(|(new, _)| new == name) || self.claimed.contains(name);
-        for name in self.earlier.iter().filter(|name| !is_current(name)) {
+        let is_current = |name: &String| files.iter().any(|(new, _)| new == name) || self.reserved.contains(name);
+        for name in self.previous_files.iter().filter(|name| !is_current(name)) {
             let path = self.path.join(name);
             if path.is_file() {
-                fs::remove_file(&path).map_err(io("removing", &path))?;
+                fs::remove_file(&path).map_err(io_error("removing", &path))?;
             }
         }
         Ok(paths)
@@ -118,7 +118,7 @@ impl OutputFolder {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn measured(path: &Path, case: &Case, twin: &Twin) -> Result<(), ReportError> {
+pub fn write_observations(path: &Path, case: &Case, twin: &SyntheticData) -> Result<(), ReportError> {
     let mut text = String::from("time_s");
     for sensor in &case.sensors {
         text += &format!(",{}_K", sensor.name);
@@ -131,30 +131,30 @@ pub fn measured(path: &Path, case: &Case, twin: &Twin) -> Result<(), ReportError
         }
         text.push('\n');
     }
-    put(path, text.as_bytes())
+    write_atomically(path, text.as_bytes())
 }
 
 /// Write a file atomically.
-fn put(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let partial = partial(path);
-    fs::write(&partial, bytes).map_err(io("writing", &partial))?;
-    fs::rename(&partial, path).map_err(io("renaming to", path))
+fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let partial = temporary_path(path);
+    fs::write(&partial, bytes).map_err(io_error("writing", &partial))?;
+    fs::rename(&partial, path).map_err(io_error("renaming to", path))
 }
 
 /// Temporary name of a file, in the same folder so that renaming is atomic.
-fn partial(path: &Path) -> PathBuf {
+fn temporary_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.partial"))
 }
 
 /// Whether a file name read from a summary is inside the folder.
-fn stays_inside(name: &str) -> bool {
+fn is_inside(name: &str) -> bool {
     Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
 }
 
-fn io(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
     let path = path.to_owned();
-    move |source| ReportError::Io { doing, path, source }
+    move |source| ReportError::Io { operation: doing, path, source }
 }
 
 #[cfg(test)]
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_name_that_points_out_of_the_folder_is_never_removed() {
-        assert!(stays_inside("figures/nominal.svg"));
-        assert!(!stays_inside("../other/report.html") && !stays_inside("/etc/hosts"));
+        assert!(is_inside("figures/nominal.svg"));
+        assert!(!is_inside("../other/report.html") && !is_inside("/etc/hosts"));
     }
 }

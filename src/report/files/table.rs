@@ -3,25 +3,25 @@
 use crate::report::ReportError;
 
 /// A file of a report: its name in the folder and its content.
-pub(in crate::report) type File = (String, Vec<u8>);
+pub(in crate::report) type NamedFile = (String, Vec<u8>);
 
 /// A CSV file in memory.
-pub(in crate::report) struct Table {
+pub(in crate::report) struct CsvTable {
     name: String,
     rows: csv::Writer<Vec<u8>>,
 }
 
-impl Table {
+impl CsvTable {
     pub(in crate::report) fn new<S: AsRef<str>>(
         name: &str,
         columns: impl IntoIterator<Item = S>,
     ) -> Result<Self, ReportError> {
         let mut table = Self { name: name.to_owned(), rows: csv::Writer::from_writer(Vec::new()) };
-        table.text(columns.into_iter().map(|column| column.as_ref().to_owned()).collect())?;
+        table.text_row(columns.into_iter().map(|column| column.as_ref().to_owned()).collect())?;
         Ok(table)
     }
 
-    pub(in crate::report) fn text(&mut self, cells: Vec<String>) -> Result<(), ReportError> {
+    pub(in crate::report) fn text_row(&mut self, cells: Vec<String>) -> Result<(), ReportError> {
         self.rows.write_record(cells).map_err(|error| self.fault(&error))
     }
 
@@ -31,10 +31,10 @@ impl Table {
         name: Option<&str>,
         values: impl IntoIterator<Item = f64>,
     ) -> Result<(), ReportError> {
-        self.text(name.map(str::to_owned).into_iter().chain(values.into_iter().map(cell)).collect())
+        self.text_row(name.map(str::to_owned).into_iter().chain(values.into_iter().map(cell)).collect())
     }
 
-    pub(in crate::report) fn close(self) -> Result<(String, Vec<u8>), ReportError> {
+    pub(in crate::report) fn finish(self) -> Result<(String, Vec<u8>), ReportError> {
         let Self { name, rows } = self;
         match rows.into_inner() {
             Ok(bytes) => Ok((name, bytes)),

@@ -1,21 +1,21 @@
 //! The CSV tables of a report; `docs/reference/outputs.md` lists their columns.
 
-use super::table::{File, Table};
+use super::table::{CsvTable, NamedFile};
 use crate::case::Case;
-use crate::report::{ReportError, answer};
+use crate::report::{ReportError, reportable};
 use crate::study::answers::Answers;
-use crate::study::nominal::Nominal;
+use crate::study::nominal::Prediction;
 
 /// Every table.
 ///
 /// # Errors
 /// When a row cannot be written.
-pub(in crate::report) fn all(answers: &Answers) -> Result<Vec<File>, ReportError> {
+pub(in crate::report) fn all(answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
     let mut tables = Vec::new();
-    let each = answer::all(answers);
+    let each = reportable::all(answers);
     if let Some(nominal) = answers.nominal_march() {
         let fitted = each.iter().find_map(|answer| answer.fitted());
-        tables.push(traces("traces.csv", &answers.case, nominal, fitted)?);
+        tables.push(traces_table("traces.csv", &answers.case, nominal, fitted)?);
     }
     for answer in each {
         tables.extend(answer.tables(answers)?);
@@ -28,30 +28,30 @@ pub(in crate::report) fn factor_columns(case: &Case, ending: &str) -> impl Itera
     case.factors.iter().map(move |factor| format!("{}{ending}", factor.name))
 }
 
-pub(in crate::report) fn head(first: &[&str], rest: impl IntoIterator<Item = String>) -> Vec<String> {
+pub(in crate::report) fn header(first: &[&str], rest: impl IntoIterator<Item = String>) -> Vec<String> {
     first.iter().map(|&column| column.to_owned()).chain(rest).collect()
 }
 
-pub(in crate::report) fn traces(
+pub(in crate::report) fn traces_table(
     name: &str,
     case: &Case,
-    nominal: &Nominal,
-    fitted: Option<&Nominal>,
-) -> Result<File, ReportError> {
+    nominal: &Prediction,
+    fitted: Option<&Prediction>,
+) -> Result<NamedFile, ReportError> {
     let names = |ending: &str| -> Vec<String> {
         case.sensors.iter().map(|sensor| format!("{}{ending}", sensor.name)).collect()
     };
     let after = if fitted.is_some() { names("_fitted_K") } else { Vec::new() };
-    let gauges = nominal.readings.iter().map(|reading| reading.gauge.name().to_owned());
+    let gauges = nominal.gauge_traces.iter().map(|reading| reading.gauge.name().to_owned());
     let columns = names("_K").into_iter().chain(after).chain(gauges);
-    let mut table = Table::new(name, head(&["time_s"], columns))?;
+    let mut table = CsvTable::new(name, header(&["time_s"], columns))?;
     for (instant, &time_s) in nominal.instants_s.iter().enumerate() {
         let before = nominal.temperatures_k.iter().map(|trace| trace[instant]);
         let after = fitted.into_iter().flat_map(|march| &march.temperatures_k).map(|trace| trace[instant]);
-        let gauges = nominal.readings.iter().map(|reading| reading.values[instant]);
+        let gauges = nominal.gauge_traces.iter().map(|reading| reading.values[instant]);
         table.row(None, std::iter::once(time_s).chain(before).chain(after).chain(gauges))?;
     }
-    table.close()
+    table.finish()
 }
 
 #[cfg(test)]
@@ -83,8 +83,8 @@ mod tests {
     #[test]
     fn gauges_follow_the_sensors_only_where_gas_moves() {
         let outcomes = fixture::outcomes();
-        let of = |outcomes: &fixture::Outcomes| {
-            let (_, bytes) = traces("traces.csv", &outcomes.case, &outcomes.nominal, None).expect("a table");
+        let of = |outcomes: &fixture::StudyFixture| {
+            let (_, bytes) = traces_table("traces.csv", &outcomes.case, &outcomes.nominal, None).expect("a table");
             String::from_utf8(bytes).expect("text")
         };
         assert!(of(&outcomes).starts_with("time_s,TC1_K,TC2_K,TC3_K,TC4_K\n"));

@@ -1,24 +1,24 @@
 //! The estimated heating history, its residuals, and the choice of the regularisation weight.
 
-use super::{chosen, found, left_out, unit};
+use super::{band_explanation, finding, quantity_format, regularisation};
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::line;
-use crate::report::words;
+use crate::report::format;
 use crate::study::answers::Answers;
-use crate::study::history::History;
+use crate::study::flux_inversion::FluxInversion;
 
-pub(super) fn figures(answers: &Answers, outcome: &History) -> Vec<Figure> {
+pub(super) fn figures(answers: &Answers, outcome: &FluxInversion) -> Vec<Figure> {
     let mut figures = vec![flux(answers, outcome), residuals(answers, outcome)];
-    if outcome.rungs.len() > 1 {
-        figures.push(smoothing(outcome));
+    if outcome.l_curve.len() > 1 {
+        figures.push(weight_selection(outcome));
     }
     figures
 }
 
-fn flux(answers: &Answers, outcome: &History) -> Figure {
+fn flux(answers: &Answers, outcome: &FluxInversion) -> Figure {
     let knots = 0..outcome.times_s.len();
-    let unit = unit(outcome.sought);
-    let largest = outcome.values.iter().chain(&outcome.own).copied().fold(0.0, f64::max) * unit.scale;
+    let unit = quantity_format(outcome.quantity);
+    let largest = outcome.values.iter().chain(&outcome.case_values).copied().fold(0.0, f64::max) * unit.scale;
     // Limits the axis, as the band is unbounded at undetermined knots.
     let top = 1.4 * largest.max(1e-6);
     let values = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * unit.scale).collect() };
@@ -30,11 +30,11 @@ fn flux(answers: &Answers, outcome: &History) -> Figure {
     let found_values = values(&outcome.values);
     Figure {
         id: "history-flux".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: format!("{}, estimated", unit.title),
-        caption: format!("{} {}", found(answers, outcome), left_out()),
-        x: Axis::linear("Time, s").within(0.0, outcome.end_s),
-        y: Axis::linear(&format!("{}, {}", sentence(unit.noun), unit.unit)).within(0.0, top),
+        caption: format!("{} {}", finding(answers, outcome), band_explanation()),
+        x: Axis::linear("Time, s").with_range(0.0, outcome.end_s),
+        y: Axis::linear(&format!("{}, {}", capitalised(unit.noun), unit.unit)).with_range(0.0, top),
         layers: vec![
             Layer::Band {
                 name: "95 % band (noise)".to_owned(),
@@ -44,7 +44,7 @@ fn flux(answers: &Answers, outcome: &History) -> Figure {
                 low: edge(-1.0),
                 high: edge(1.0),
             },
-            line("stated in the case".to_owned(), Ink::Guide, Stroke::Dashed, x, &values(&outcome.own)),
+            line("stated in the case".to_owned(), Ink::Guide, Stroke::Dashed, x, &values(&outcome.case_values)),
             line("estimated".to_owned(), Ink::Series(0), Stroke::Solid, x, &found_values),
             Layer::Points {
                 name: "knots".to_owned(),
@@ -58,14 +58,14 @@ fn flux(answers: &Answers, outcome: &History) -> Figure {
 }
 
 /// Capitalise the first letter.
-fn sentence(noun: &str) -> String {
+fn capitalised(noun: &str) -> String {
     let mut letters = noun.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn residuals(answers: &Answers, outcome: &History) -> Figure {
+fn residuals(answers: &Answers, outcome: &FluxInversion) -> Figure {
     let mut layers = vec![line(String::new(), Ink::Guide, Stroke::Dashed, &[0.0, outcome.end_s], &[0.0; 2])];
-    for (place, seen) in outcome.seen.iter().enumerate() {
+    for (place, seen) in outcome.sensor_fits.iter().enumerate() {
         layers.push(Layer::Points {
             name: answers.case.sensors[seen.sensor].name.clone(),
             ink: Ink::Series(place),
@@ -75,39 +75,39 @@ fn residuals(answers: &Answers, outcome: &History) -> Figure {
         });
     }
     let each: Vec<String> = outcome
-        .seen
+        .sensor_fits
         .iter()
         .map(|seen| {
             format!(
                 "{} RMSE {} with the stated heating, {} with the estimated one",
                 answers.case.sensors[seen.sensor].name,
-                words::misfit(seen.rms_k.0),
-                words::misfit(seen.rms_k.1)
+                format::temperature_difference(seen.rms_k.0),
+                format::temperature_difference(seen.rms_k.1)
             )
         })
         .collect();
     Figure {
         id: "history-residuals".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Residuals of the estimated heating".to_owned(),
-        caption: format!("{}. Error bars: one standard deviation of the measurement.", words::listed(&each)),
-        x: Axis::linear("Time, s").within(0.0, outcome.end_s),
+        caption: format!("{}. Error bars: one standard deviation of the measurement.", format::list(&each)),
+        x: Axis::linear("Time, s").with_range(0.0, outcome.end_s),
         y: Axis::linear("Measured less predicted, K"),
         layers,
     }
 }
 
-fn smoothing(outcome: &History) -> Figure {
-    let (x, y): (Vec<f64>, Vec<f64>) = outcome.rungs.iter().map(|rung| (rung.weight, rung.rms)).unzip();
+fn weight_selection(outcome: &FluxInversion) -> Figure {
+    let (x, y): (Vec<f64>, Vec<f64>) = outcome.l_curve.iter().map(|rung| (rung.weight, rung.rms)).unzip();
     let ends = [x[x.len() - 1], x[0]];
     Figure {
         id: "history-smoothing".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Weighted RMSE against regularisation weight".to_owned(),
         caption: format!(
             "{} Residuals are divided by their standard deviations; at a weight of one misfit and roughness have equal \
              sensitivity.",
-            chosen(outcome)
+            regularisation(outcome)
         ),
         x: Axis::log("Regularisation weight"),
         y: Axis::log("Weighted RMSE"),
@@ -117,8 +117,8 @@ fn smoothing(outcome: &History) -> Figure {
             Layer::Points {
                 name: "chosen".to_owned(),
                 ink: Ink::Series(1),
-                x: vec![outcome.rung.weight],
-                y: vec![outcome.rung.rms],
+                x: vec![outcome.selected.weight],
+                y: vec![outcome.selected.rms],
                 error: Vec::new(),
             },
         ],

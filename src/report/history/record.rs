@@ -1,8 +1,8 @@
 //! The key `history` of `summary.json`. An unbounded deviation is `null`.
 
 use crate::case::Case;
-use crate::report::files::json::Named;
-use crate::study::history::{Chosen, History, Sought};
+use crate::report::files::json::OrderedMap;
+use crate::study::flux_inversion::{FluxInversion, HeatingQuantity, SmoothingCriterion};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -23,7 +23,7 @@ pub(super) struct HistoryRecord<'a> {
     /// Root mean square of the residuals in standard deviations.
     weighted_rms: f64,
     /// Sensor → root mean square of measurement less prediction, K.
-    sensors: Named<'a, SensorMisfit>,
+    sensors: OrderedMap<'a, SensorMisfit>,
     marches: usize,
     converged: bool,
     termination: &'a str,
@@ -66,26 +66,26 @@ struct OfFlux<'a> {
 }
 
 impl<'a> Values<'a> {
-    fn of(outcome: &'a History) -> Self {
+    fn of(outcome: &'a FluxInversion) -> Self {
         let of = || OfFlux {
-            standard_deviations_w_m2: &outcome.deviations,
-            removed_by_smoothing_w_m2: &outcome.smoothed,
-            stated_w_m2: &outcome.own,
+            standard_deviations_w_m2: &outcome.standard_deviations,
+            removed_by_smoothing_w_m2: &outcome.smoothing_bias,
+            stated_w_m2: &outcome.case_values,
             fluence_j_m2: outcome.integral,
             fluence_standard_deviation_j_m2: outcome.integral_deviation,
-            stated_fluence_j_m2: outcome.integral_own,
+            stated_fluence_j_m2: outcome.case_integral,
         };
-        match outcome.sought {
-            Sought::Flux => Self::Flux { flux_w_m2: &outcome.values, of: of() },
-            Sought::RadiantFlux => Self::RadiantFlux { radiant_flux_w_m2: &outcome.values, of: of() },
-            Sought::Gas => Self::Gas {
+        match outcome.quantity {
+            HeatingQuantity::Flux => Self::Flux { flux_w_m2: &outcome.values, of: of() },
+            HeatingQuantity::RadiantFlux => Self::RadiantFlux { radiant_flux_w_m2: &outcome.values, of: of() },
+            HeatingQuantity::Gas => Self::Gas {
                 gas_k: &outcome.values,
-                standard_deviations_k: &outcome.deviations,
-                removed_by_smoothing_k: &outcome.smoothed,
-                stated_k: &outcome.own,
+                standard_deviations_k: &outcome.standard_deviations,
+                removed_by_smoothing_k: &outcome.smoothing_bias,
+                stated_k: &outcome.case_values,
                 mean_k: outcome.integral / outcome.end_s,
                 mean_standard_deviation_k: outcome.integral_deviation / outcome.end_s,
-                stated_mean_k: outcome.integral_own / outcome.end_s,
+                stated_mean_k: outcome.case_integral / outcome.end_s,
             },
         }
     }
@@ -99,29 +99,29 @@ struct SensorMisfit {
 }
 
 impl<'a> HistoryRecord<'a> {
-    pub(super) fn of(case: &'a Case, outcome: &'a History) -> Self {
-        let sensors = outcome.seen.iter().map(|seen| {
+    pub(super) fn of(case: &'a Case, outcome: &'a FluxInversion) -> Self {
+        let sensors = outcome.sensor_fits.iter().map(|seen| {
             let (stated_rms_k, estimated_rms_k) = seen.rms_k;
             (case.sensors[seen.sensor].name.as_str(), SensorMisfit { stated_rms_k, estimated_rms_k })
         });
         Self {
-            quantity: outcome.sought.name(),
+            quantity: outcome.quantity.name(),
             times_s: &outcome.times_s,
             values: Values::of(outcome),
             undetermined: &outcome.undetermined,
             window_end_s: outcome.end_s,
             samples: outcome.samples,
-            effective_degrees_of_freedom: outcome.determined,
-            regularisation_rule: match outcome.chosen {
-                Chosen::Discrepancy => "discrepancy",
-                Chosen::Straight => "piecewise-linear",
-                Chosen::Unmet => "noise-exceeded",
-                Chosen::LCurve => "l-curve",
-                Chosen::Stated => "stated",
+            effective_degrees_of_freedom: outcome.degrees_of_freedom,
+            regularisation_rule: match outcome.criterion {
+                SmoothingCriterion::Discrepancy => "discrepancy",
+                SmoothingCriterion::Straight => "piecewise-linear",
+                SmoothingCriterion::Unmet => "noise-exceeded",
+                SmoothingCriterion::LCurve => "l-curve",
+                SmoothingCriterion::Stated => "stated",
             },
-            regularisation_weight: outcome.rung.weight,
-            weighted_rms: outcome.rung.rms,
-            sensors: Named(sensors.collect()),
+            regularisation_weight: outcome.selected.weight,
+            weighted_rms: outcome.selected.rms,
+            sensors: OrderedMap(sensors.collect()),
             marches: outcome.marches,
             converged: outcome.converged,
             termination: &outcome.termination,

@@ -1,20 +1,20 @@
 //! The sections on the case and on the methods.
 
 use super::table::{list, paragraph, table};
-use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule, Side};
-use crate::case::{Mark, Provenance};
-use crate::report::{answer, observed, words};
+use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasFlowModel, Material, OpenFace, Schedule, Side};
+use crate::case::{Provenance, SourceKind};
+use crate::report::{format, observations, reportable};
 use crate::study::answers::Answers;
 
 /// Layup, sensors, observations, materials, exposure and factors.
-pub(super) fn described(case: &Case) -> String {
+pub(super) fn case_description(case: &Case) -> String {
     layup(case) + &sensors(case) + &observations(case) + &materials(case) + &exposure(case) + &factors(case)
 }
 
 fn millimetres(length_m: f64) -> String {
     // Three decimals, or three significant digits below a tenth of a millimetre.
     let magnitude = if length_m == 0.0 { 0.0 } else { (1e3 * length_m).abs().log10().floor() };
-    words::trimmed(format!("{:.*}", (2.0 - magnitude).clamp(3.0, 12.0) as usize, 1e3 * length_m))
+    format::trim_zeros(format!("{:.*}", (2.0 - magnitude).clamp(3.0, 12.0) as usize, 1e3 * length_m))
 }
 
 fn layup(case: &Case) -> String {
@@ -28,8 +28,9 @@ fn layup(case: &Case) -> String {
                 ply.material.name.clone(),
                 millimetres(ply.thickness_m),
                 millimetres(depth_m),
-                contact
-                    .map_or("–".to_owned(), |contact| contact.map_or("perfect".to_owned(), |h| words::grouped(h, 0))),
+                contact.map_or("–".to_owned(), |contact| {
+                    contact.map_or("perfect".to_owned(), |h| format::grouped(h, 0))
+                }),
             ]
         })
         .collect();
@@ -58,7 +59,7 @@ fn sensors(case: &Case) -> String {
                 (None, Some(ply)) => format!("within {}", plies[ply].name),
                 (None, None) => String::new(),
             };
-            let lag = words::trimmed(format!("{:.3}", sensor.lag_s));
+            let lag = format::trim_zeros(format!("{:.3}", sensor.lag_s));
             vec![sensor.name.clone(), millimetres(sensor.depth_m), place, lag]
         })
         .collect();
@@ -70,17 +71,17 @@ fn observations(case: &Case) -> String {
         .map(|seen| {
             let (from_s, to_s) = case.window_s(seen.sensor);
             let whose = if seen.window_s.is_some() { "this sensor" } else { "all sensors" };
-            let (least_k, most_k) = observed::deviations_k(seen);
-            let least = words::misfit(least_k).replace(" K", "");
+            let (least_k, most_k) = observations::sigma_range_k(seen);
+            let least = format::temperature_difference(least_k).replace(" K", "");
             vec![
                 case.sensors[seen.sensor].name.clone(),
-                words::count(seen.times_s.len()),
-                format!("{} to {}", words::grouped(from_s, 1), words::grouped(to_s, 1)),
+                format::count(seen.times_s.len()),
+                format!("{} to {}", format::grouped(from_s, 1), format::grouped(to_s, 1)),
                 whose.to_owned(),
                 if least_k == most_k {
                     least
                 } else {
-                    format!("{least} to {}", words::misfit(most_k).replace(" K", ""))
+                    format!("{least} to {}", format::temperature_difference(most_k).replace(" K", ""))
                 },
             ]
         })
@@ -101,7 +102,7 @@ fn materials(case: &Case) -> String {
         .flat_map(|material| {
             let range = |(low_k, high_k): (f64, f64)| {
                 if low_k.is_finite() && high_k.is_finite() {
-                    format!("{} to {} K", words::grouped(low_k, 0), words::grouped(high_k, 0))
+                    format!("{} to {} K", format::grouped(low_k, 0), format::grouped(high_k, 0))
                 } else {
                     "constant".to_owned()
                 }
@@ -109,11 +110,11 @@ fn materials(case: &Case) -> String {
             let conductivity = match &material.conductivity {
                 Conductivity::Tables(tables) => {
                     let known = tables.first().map_or((f64::NAN, f64::NAN), |(_, table)| table.range_k());
-                    format!("{}, {}", range(known), words::counted(tables.len(), "pressure"))
+                    format!("{}, {}", range(known), format::counted(tables.len(), "pressure"))
                 }
-                Conductivity::Parts(parts) => format!("solid, gas and radiation; {}", range(parts.range_k)),
+                Conductivity::ThreePart(parts) => format!("solid, gas and radiation; {}", range(parts.range_k)),
             };
-            let density = format!("{} kg/m³", words::trimmed(words::significant(material.density_kg_m3, 4)));
+            let density = format!("{} kg/m³", format::trim_zeros(format::significant(material.density_kg_m3, 4)));
             let pores = material.pores_provenance.as_ref().map(|provenance| {
                 let known = format!(
                     "porosity {}, permeability {:.1e} m²",
@@ -122,8 +123,8 @@ fn materials(case: &Case) -> String {
                 ("pores", known, provenance)
             });
             let decomposition = material.decomposition.as_ref().map(|decomposition| {
-                let (reactions, lost) = (decomposition.reactions.len(), decomposition.loss());
-                let known = format!("{}, {} lost", words::counted(reactions, "reaction"), words::percent(lost));
+                let (reactions, lost) = (decomposition.reactions.len(), decomposition.mass_loss());
+                let known = format!("{}, {} lost", format::counted(reactions, "reaction"), format::percent(lost));
                 ("decomposition", known, &decomposition.provenance)
             });
             let each = [
@@ -133,7 +134,7 @@ fn materials(case: &Case) -> String {
                 ("emissivity", range(material.emissivity.range_k()), &material.emissivity_provenance),
             ];
             let each = each.into_iter().chain(pores).chain(decomposition);
-            each.map(|(property, known, provenance)| source_row(material, property, known, provenance))
+            each.map(|(property, known, provenance)| provenance_row(material, property, known, provenance))
                 .collect::<Vec<_>>()
         })
         .collect();
@@ -145,19 +146,19 @@ fn materials(case: &Case) -> String {
     table("Materials and sources of their properties", &head, &rows) + &list(&notes)
 }
 
-fn source_row(material: &Material, property: &str, known: String, provenance: &Provenance) -> Vec<String> {
-    let mark = match provenance.mark {
-        Mark::Read => "read in a public source",
-        Mark::Remembered => "remembered, not verified",
-        Mark::Estimated => "estimated",
-        Mark::Paper => "stated in the paper",
+fn provenance_row(material: &Material, property: &str, known: String, provenance: &Provenance) -> Vec<String> {
+    let mark = match provenance.source_kind {
+        SourceKind::ReadInSource => "read in a public source",
+        SourceKind::Remembered => "remembered, not verified",
+        SourceKind::Estimated => "estimated",
+        SourceKind::Paper => "stated in the paper",
     };
     vec![
         material.name.clone(),
         property.to_owned(),
         known,
         mark.to_owned(),
-        words::percent(provenance.relative_uncertainty),
+        format::percent(provenance.relative_uncertainty),
         provenance.source.clone(),
     ]
 }
@@ -165,18 +166,18 @@ fn source_row(material: &Material, property: &str, known: String, provenance: &P
 fn exposure(case: &Case) -> String {
     let exposure = &case.exposure;
     let start = match exposure.initial_k.as_slice() {
-        [(_, uniform_k)] => format!("Initial temperature {}.", words::kelvin(*uniform_k)),
+        [(_, uniform_k)] => format!("Initial temperature {}.", format::kelvin(*uniform_k)),
         points => {
             let coldest = points.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
             let hottest = points.iter().map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
-            format!("Initial temperature {} to {} over depth.", words::kelvin(coldest), words::kelvin(hottest))
+            format!("Initial temperature {} to {} over depth.", format::kelvin(coldest), format::kelvin(hottest))
         }
     };
     let holder = exposure.holder.as_ref().map(|holder| {
         format!(
             "Holder at {}, conductance {} kW/m³/K.",
             range(&holder.temperature_k, 1.0, "K"),
-            words::significant(1e-3 * holder.conductance_w_m3_k, 3)
+            format::significant(1e-3 * holder.conductance_w_m3_k, 3)
         )
     });
     let pressure = |schedule: &Schedule| range(schedule, 1e-3, "kPa");
@@ -184,13 +185,13 @@ fn exposure(case: &Case) -> String {
     let mut text = vec![
         format!(
             "Duration {}, gas pressure {}. {start}",
-            words::seconds(exposure.duration_s),
+            format::seconds(exposure.duration_s),
             pressure(&exposure.pressure_pa)
         ),
-        format!("Hot face: {}.", face(&exposure.hot_face)),
+        format!("Hot face: {}.", face_text(&exposure.hot_face)),
         format!(
             "Back face: {}{}.",
-            face(&exposure.back_face),
+            face_text(&exposure.back_face),
             back.map_or(String::new(), |p| format!("; permeable, gas pressure {}", pressure(p)))
         ),
     ];
@@ -203,32 +204,32 @@ fn exposure(case: &Case) -> String {
 fn gas_flow(case: &Case, gas: &GasFlow) -> String {
     let reacting = case.layup.plies.iter().filter(|ply| ply.material.decomposition.is_some());
     let reacting: Vec<&str> = reacting.map(|ply| ply.name.as_str()).collect();
-    let path = match gas.path {
-        GasPath::Unhindered => "leaves through the hot face without heat exchange",
-        GasPath::QuasiSteady => "flows to the hot face quasi-steadily",
-        GasPath::Darcy => "flows by Darcy's law with storage in the pores",
+    let path = match gas.model {
+        GasFlowModel::Instantaneous => "leaves through the hot face without heat exchange",
+        GasFlowModel::QuasiSteady => "flows to the hot face quasi-steadily",
+        GasFlowModel::Darcy => "flows by Darcy's law with storage in the pores",
     };
     let (name, id) = (&gas.gas.name, &gas.gas.id);
     let text = format!("{name} ({id}) {path}: {}", gas.gas.provenance.source);
-    if reacting.is_empty() { format!("{text}.") } else { format!("Decomposing: {}. {text}.", words::listed(&reacting)) }
+    if reacting.is_empty() { format!("{text}.") } else { format!("Decomposing: {}. {text}.", format::list(&reacting)) }
 }
 
-fn face(face: &Face) -> String {
+fn face_text(face: &Face) -> String {
     let open = match face {
         Face::Held(schedule) => return format!("prescribed temperature {}", range(schedule, 1.0, "K")),
         Face::Open(open) => open,
     };
-    let terms = terms(open);
+    let terms = heat_flux_terms(open);
     if terms.is_empty() { "insulated".to_owned() } else { terms.join("; ") }
 }
 
 /// The heat fluxes at an open face that are not zero.
-fn terms(open: &OpenFace) -> Vec<String> {
+fn heat_flux_terms(open: &OpenFace) -> Vec<String> {
     let acts = |schedule: &Schedule| schedule.values.iter().any(|value| *value != 0.0);
     let mut terms = Vec::new();
     if acts(&open.flux_w_m2) {
         let corrected = open.recovery_enthalpy_j_kg.map_or("without hot-wall correction".to_owned(), |enthalpy| {
-            format!("hot-wall correction with a recovery enthalpy of {} MJ/kg", words::significant(1e-6 * enthalpy, 3))
+            format!("hot-wall correction with a recovery enthalpy of {} MJ/kg", format::significant(1e-6 * enthalpy, 3))
         });
         terms.push(format!("heat flux of {}, {corrected}", range(&open.flux_w_m2, 1e-4, "W/cm²")));
     }
@@ -237,15 +238,15 @@ fn terms(open: &OpenFace) -> Vec<String> {
     }
     if open.film_w_m2_k != 0.0 {
         let gas = range(&open.gas_k, 1.0, "K");
-        terms.push(format!("convection with {} W/m²/K to gas at {gas}", words::significant(open.film_w_m2_k, 3)));
+        terms.push(format!("convection with {} W/m²/K to gas at {gas}", format::significant(open.film_w_m2_k, 3)));
     }
     let emissivity = match open.emissivity {
         Emissivity::Material => Some("the emissivity of the material".to_owned()),
         Emissivity::Constant(0.0) => None,
-        Emissivity::Constant(constant) => Some(format!("an emissivity of {}", words::significant(constant, 3))),
+        Emissivity::Constant(constant) => Some(format!("an emissivity of {}", format::significant(constant, 3))),
     };
     if let Some(emissivity) = emissivity {
-        terms.push(format!("radiation to {} with {emissivity}", words::kelvin(open.surroundings_k.after(0.0))));
+        terms.push(format!("radiation to {} with {emissivity}", format::kelvin(open.surroundings_k.after(0.0))));
     }
     terms
 }
@@ -254,7 +255,7 @@ fn terms(open: &OpenFace) -> Vec<String> {
 fn range(schedule: &Schedule, scale: f64, unit: &str) -> String {
     let low = schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = schedule.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let text = |value: f64| words::trimmed(words::significant(scale * value, 4));
+    let text = |value: f64| format::trim_zeros(format::significant(scale * value, 4));
     if low == high { format!("{} {unit}", text(high)) } else { format!("{} to {} {unit}", text(low), text(high)) }
 }
 
@@ -264,8 +265,8 @@ fn factors(case: &Case) -> String {
             let bounds = |(low, high): (f64, f64)| format!("{low:.2} to {high:.2}");
             vec![
                 factor.name.clone(),
-                words::meaning(factor),
-                words::trimmed(format!("{:.4}", factor.nominal)),
+                format::factor_meaning(factor),
+                format::trim_zeros(format!("{:.4}", factor.nominal)),
                 bounds(factor.small),
                 bounds(factor.large),
             ]
@@ -281,13 +282,13 @@ fn factors(case: &Case) -> String {
 }
 
 /// Summary of the methods.
-pub(super) fn method(answers: &Answers) -> String {
+pub(super) fn methods(answers: &Answers) -> String {
     let mut out = paragraph(
         "One-dimensional heat conduction through the plies with properties that depend on temperature and pressure, \
          contact conductance between plies, and the boundary conditions listed under Exposure. A factor multiplies the \
          property or exposure that it names.",
     );
-    for text in answer::all(answers).iter().flat_map(|answer| answer.method(answers)) {
+    for text in reportable::all(answers).iter().flat_map(|answer| answer.methods(answers)) {
         out += &paragraph(&text);
     }
     out + &paragraph(

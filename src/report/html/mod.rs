@@ -8,7 +8,7 @@ mod sections;
 pub(super) mod table;
 
 use super::figure::Figure;
-use super::{answer, backend_words, chart, findings, warnings, words};
+use super::{backend_text, chart, findings, format, reportable, warnings};
 use crate::case::Case;
 use crate::study::answers::Answers;
 use serde_json::{Value, json};
@@ -76,18 +76,18 @@ fn header(answers: &Answers) -> String {
     let mut facts = vec![
         format!("bondline {} {}", env!("CARGO_PKG_VERSION"), answers.question),
         format!("case {}", answers.id()),
-        backend_words(&answers.backend),
+        backend_text(&answers.backend),
     ];
     facts.extend(answers.seed.map(|seed| format!("seed {seed}")));
-    facts.extend(answer::all(answers).iter().flat_map(|answer| answer.facts()));
+    facts.extend(reportable::all(answers).iter().flat_map(|answer| answer.facts()));
     if let Some(march) = answers.nominal_march() {
-        facts.push(format!("{} steps, {} cells", words::count(march.steps), words::count(march.cells)));
-        facts.extend(march.reached.as_ref().map(words::reached));
+        facts.push(format!("{} steps, {} cells", format::count(march.steps), format::count(march.cells)));
+        facts.extend(march.error_estimate.as_ref().map(format::discretisation_error));
     }
-    let seconds = answers.seconds;
-    let took = [("adaptation", seconds.plan_s), ("march", seconds.march_s), ("statistics", seconds.reduce_s)];
+    let seconds = answers.timing;
+    let took = [("adaptation", seconds.plan_s), ("march", seconds.march_s), ("statistics", seconds.other_s)];
     let took: Vec<String> =
-        took.iter().map(|(phase, time_s)| format!("{phase} {} s", words::significant(*time_s, 2))).collect();
+        took.iter().map(|(phase, time_s)| format!("{phase} {} s", format::significant(*time_s, 2))).collect();
     facts.push(took.join(", "));
     let facts: String = facts.iter().map(|fact| format!("<li>{}</li>\n", escaped(fact))).collect();
     format!(
@@ -112,7 +112,7 @@ fn note(case: &Case) -> String {
     }
     let stand_ins: Vec<&str> = warnings::surrogates(case).iter().map(|material| material.name.as_str()).collect();
     if !stand_ins.is_empty() {
-        let sentence = format!("Surrogate properties are used for {}.", words::listed(&stand_ins));
+        let sentence = format!("Surrogate properties are used for {}.", format::list(&stand_ins));
         out.push_str(&format!("<div class=\"note loud\">\n{}</div>\n", paragraph(&sentence)));
     }
     out
@@ -121,13 +121,13 @@ fn note(case: &Case) -> String {
 fn summary(answers: &Answers) -> String {
     let rows: String = findings::all(answers)
         .iter()
-        .map(|finding| format!("<dt>{}</dt>\n<dd>{}</dd>\n", escaped(finding.about), escaped(&finding.said)))
+        .map(|finding| format!("<dt>{}</dt>\n<dd>{}</dd>\n", escaped(finding.label), escaped(&finding.text)))
         .collect();
     let warnings = warnings::all(answers);
     let warned = if warnings.is_empty() {
         "<p class=\"calm\">No warnings.</p>\n".to_owned()
     } else {
-        let title = words::counted(warnings.len(), "warning");
+        let title = format::counted(warnings.len(), "warning");
         format!("<div class=\"warnings\" role=\"note\">\n<h3>{title}</h3>\n{}</div>\n", list(&warnings))
     };
     format!("<section id=\"summary\">\n<h2>Summary</h2>\n<dl class=\"findings\">\n{rows}</dl>\n{warned}</section>\n")
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
     use crate::case::Bounds;
 
-    fn made(outcomes: &fixture::Outcomes) -> String {
+    fn made(outcomes: &fixture::StudyFixture) -> String {
         let answers = outcomes.answers("study");
         let figures = figures::in_sections(&answers);
         let stills: Vec<String> = figures.iter().map(|(_, figure)| svg::draw(figure).expect("it draws")).collect();
@@ -147,7 +147,7 @@ mod tests {
     }
 
     /// The page without plotly.js, which contains URLs that it does not load.
-    fn page_without_plotly(outcomes: &fixture::Outcomes) -> String {
+    fn page_without_plotly(outcomes: &fixture::StudyFixture) -> String {
         made(outcomes).replace(&plotly(), "")
     }
 

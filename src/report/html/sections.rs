@@ -3,25 +3,26 @@
 use super::case;
 use super::table::{escaped, paragraph};
 use crate::case::Case;
-use crate::report::answer::{self, Section};
 use crate::report::figure::Figure;
+use crate::report::reportable::{self, Section};
 use crate::study::answers::Answers;
 
 /// The sections in reading order; figures follow the content of their section.
 pub(super) fn all(answers: &Answers, figures: &[(&'static str, Figure)], stills: &[String]) -> Vec<Section> {
     let mut sections: Vec<Section> =
-        answer::in_reading_order(answers).iter().flat_map(|answer| answer.sections(answers)).collect();
-    sections.push(if answers.others.is_empty() {
-        Section::new("case", "Case", case::described(&answers.case))
+        reportable::in_reading_order(answers).iter().flat_map(|answer| answer.sections(answers)).collect();
+    sections.push(if answers.other_cases.is_empty() {
+        Section::new("case", "Case", case::case_description(&answers.case))
     } else {
-        let titled = |case: &Case| paragraph(&format!("{}: {}", case.id, case.name)) + &case::described(case);
+        let titled = |case: &Case| paragraph(&format!("{}: {}", case.id, case.name)) + &case::case_description(case);
         Section::new("case", "Cases", answers.cases().map(titled).collect())
     });
-    sections.push(Section::new("method", "Method", case::method(answers)));
+    sections.push(Section::new("method", "Method", case::methods(answers)));
     for section in &mut sections {
         let own = figures.iter().zip(stills).enumerate().filter(|(_, ((anchor, _), _))| *anchor == section.anchor);
-        let html: String =
-            own.map(|(index, ((_, figure), still))| drawn(index, figure, still, section.captions_first)).collect();
+        let html: String = own
+            .map(|(index, ((_, figure), still))| figure_html(index, figure, still, section.captions_above))
+            .collect();
         if !html.is_empty() {
             section.content += &format!("<div class=\"figures\">\n{html}</div>\n");
         }
@@ -30,11 +31,11 @@ pub(super) fn all(answers: &Answers, figures: &[(&'static str, Figure)], stills:
     sections
 }
 
-fn drawn(index: usize, figure: &Figure, still: &str, caption_first: bool) -> String {
-    let tag = if figure.number.is_empty() {
+fn figure_html(index: usize, figure: &Figure, still: &str, caption_first: bool) -> String {
+    let tag = if figure.paper_reference.is_empty() {
         String::new()
     } else {
-        format!(" <span class=\"tag\">{}</span>", escaped(&figure.number))
+        format!(" <span class=\"tag\">{}</span>", escaped(&figure.paper_reference))
     };
     let title = escaped(&figure.title);
     let chart = format!(

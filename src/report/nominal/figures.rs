@@ -2,12 +2,12 @@
 
 use crate::case::{Case, Face, Schedule};
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
-use crate::report::figures::{line, measured, temperature, time, window};
-use crate::report::{observed, words};
-use crate::study::nominal::Nominal;
+use crate::report::figures::{data_window, line, measured, temperature_axis, time_axis};
+use crate::report::{format, observations};
+use crate::study::nominal::Prediction;
 
-pub(super) fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
-    let mut layers = windows(case);
+pub(super) fn against_measurement(case: &Case, nominal: &Prediction) -> Figure {
+    let mut layers = data_windows(case);
     for (index, sensor) in case.sensors.iter().enumerate() {
         let name = format!("{} predicted", sensor.name);
         layers.push(line(name, Ink::Series(index), Stroke::Solid, &nominal.instants_s, &nominal.temperatures_k[index]));
@@ -21,7 +21,12 @@ pub(super) fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
         .iter()
         .zip(&nominal.peaks)
         .map(|(sensor, peak)| {
-            format!("{} peaks at {} at {}", sensor.name, words::kelvin(peak.temperature_k), words::seconds(peak.time_s))
+            format!(
+                "{} peaks at {} at {}",
+                sensor.name,
+                format::kelvin(peak.temperature_k),
+                format::seconds(peak.time_s)
+            )
         })
         .collect();
     let compared = if case.observations.is_empty() {
@@ -30,42 +35,42 @@ pub(super) fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
         "Dots: measurements with error bars of two standard deviations, thinned."
     };
     let windows_of_sensors = case.observations.iter().filter_map(|seen| {
-        let window = observed::window(seen.window_s?);
+        let window = observations::window_text(seen.window_s?);
         Some(format!(" {} is used {window}.", case.sensors[seen.sensor].name))
     });
     let windows_of_sensors: String = windows_of_sensors.collect();
     Figure {
         id: "nominal".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Nominal prediction".to_owned(),
-        caption: format!("{}. {compared}{windows_of_sensors}", words::listed(&peaks)),
-        x: time(case),
-        y: temperature(),
+        caption: format!("{}. {compared}{windows_of_sensors}", format::list(&peaks)),
+        x: time_axis(case),
+        y: temperature_axis(),
         layers,
     }
 }
 
 /// The common data window and those of single sensors, unless they are the whole exposure.
-fn windows(case: &Case) -> Vec<Layer> {
+fn data_windows(case: &Case) -> Vec<Layer> {
     let (single, common): (Vec<_>, Vec<_>) = case.observations.iter().partition(|seen| seen.window_s.is_some());
-    let of_all = common.first().and_then(|seen| window(case, seen.sensor, "data window"));
+    let of_all = common.first().and_then(|seen| data_window(case, seen.sensor, "data window"));
     let single = single.into_iter().filter_map(|seen| {
         let name = &case.sensors[seen.sensor].name;
-        window(case, seen.sensor, &format!("{name} data window"))
+        data_window(case, seen.sensor, &format!("{name} data window"))
     });
     of_all.into_iter().chain(single).collect()
 }
 
 /// The prescribed heat flux or temperature at the hot face, where it changes with time.
-pub(super) fn driver(case: &Case) -> Option<Figure> {
+pub(super) fn hot_face(case: &Case) -> Option<Figure> {
     let (schedule, name, axis, scale) = match &case.exposure.hot_face {
-        Face::Open(face) if moves(&face.flux_w_m2) => {
+        Face::Open(face) if varies(&face.flux_w_m2) => {
             (&face.flux_w_m2, "cold-wall heat flux", "Heat flux, W/cm²", 1e-4)
         }
-        Face::Open(face) if moves(&face.radiant_w_m2) => {
+        Face::Open(face) if varies(&face.radiant_w_m2) => {
             (&face.radiant_w_m2, "radiant heat flux", "Heat flux, W/cm²", 1e-4)
         }
-        Face::Open(face) if moves(&face.gas_k) => (&face.gas_k, "gas temperature", "Temperature, K", 1.0),
+        Face::Open(face) if varies(&face.gas_k) => (&face.gas_k, "gas temperature", "Temperature, K", 1.0),
         Face::Held(schedule) => (schedule, "held temperature", "Temperature, K", 1.0),
         Face::Open(_) => return None,
     };
@@ -81,15 +86,15 @@ pub(super) fn driver(case: &Case) -> Option<Figure> {
     y.push(scale * schedule.before(duration_s));
     Some(Figure {
         id: "hot-face".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Boundary condition at the hot face".to_owned(),
         caption: format!("The {name} that the case prescribes at the hot face."),
-        x: time(case),
+        x: time_axis(case),
         y: Axis::linear(axis),
         layers: vec![line(String::new(), Ink::Series(1), Stroke::Solid, &x, &y)],
     })
 }
 
-fn moves(schedule: &Schedule) -> bool {
+fn varies(schedule: &Schedule) -> bool {
     schedule.values.windows(2).any(|pair| pair[0] != pair[1])
 }

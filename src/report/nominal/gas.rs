@@ -5,9 +5,9 @@
 
 pub(super) mod figures;
 
-use crate::case::{Case, GasPath};
-use crate::report::words;
-use crate::study::nominal::{Nominal, Reading};
+use crate::case::{Case, GasFlowModel};
+use crate::report::format;
+use crate::study::nominal::{GaugeTrace, Prediction};
 use crate::traces::{Balance, Gauge};
 
 /// Whether a ply can decompose.
@@ -16,69 +16,70 @@ pub(super) fn decomposes(case: &Case) -> bool {
 }
 
 /// Whether the pressure in the layup is computed, by Darcy's law.
-pub(super) fn is_driven(case: &Case) -> bool {
-    case.gas.as_ref().is_some_and(|gas| gas.path == GasPath::Darcy)
+pub(super) fn has_darcy_flow(case: &Case) -> bool {
+    case.gas.as_ref().is_some_and(|gas| gas.model == GasFlowModel::Darcy)
 }
 
-/// The finding; `None` where no gas moves.
-pub(super) fn found(case: &Case, outcome: &Nominal) -> Option<String> {
-    let flux = outcome.reading(Gauge::GasFlux)?;
+/// The finding; `Scalar` where no gas moves.
+pub(super) fn finding(case: &Case, outcome: &Prediction) -> Option<String> {
+    let flux = outcome.gauge_trace(Gauge::GasFlux)?;
     let way = if flux.peak < 0.0 { " into the layup" } else { "" };
-    let flow = format!("gas flux {}{way} at {}", flux_words(flux), words::seconds(flux.peak_time_s));
+    let flow = format!("gas flux {}{way} at {}", flux_text(flux), format::seconds(flux.peak_time_s));
     if !decomposes(case) {
         return Some(format!("Peak {flow}."));
     }
-    let lost = outcome.reading(Gauge::MassLost)?;
-    let char = ended(outcome.reading(Gauge::CharFront)?);
-    Some(format!("Mass lost {}, peak {flow}; final char depth {char}.", mass_words(lost.end)))
+    let lost = outcome.gauge_trace(Gauge::MassLost)?;
+    let char = final_depth(outcome.gauge_trace(Gauge::CharFront)?);
+    Some(format!("Mass lost {}, peak {flow}; final char depth {char}.", mass_text(lost.end)))
 }
 
-pub(super) fn flux(reading: &Reading) -> String {
+pub(super) fn flux_caption(reading: &GaugeTrace) -> String {
     let way = if reading.peak < 0.0 { "into the layup" } else { "outwards" };
     if reading.peak == 0.0 {
         return "The gas flux through the hot face is zero.".to_owned();
     }
     format!(
         "The gas flux through the hot face peaks at {} ({way}) at {}.",
-        flux_words(reading),
-        words::seconds(reading.peak_time_s)
+        flux_text(reading),
+        format::seconds(reading.peak_time_s)
     )
 }
 
-pub(super) fn lost(reading: &Reading) -> String {
-    format!("Final mass of solid converted to gas: {}.", mass_words(reading.end))
+pub(super) fn mass_lost_caption(reading: &GaugeTrace) -> String {
+    format!("Final mass of solid converted to gas: {}.", mass_text(reading.end))
 }
 
-pub(super) fn fronts(virgin: &Reading, char: &Reading) -> String {
+pub(super) fn fronts_caption(virgin: &GaugeTrace, char: &GaugeTrace) -> String {
     format!(
         "Conversion (mass lost over mass that can be lost) is at least 98 % above the char front and below 2 % below \
          the virgin front. Final depths: char front {}, virgin front {}.",
-        ended(char),
-        ended(virgin)
+        final_depth(char),
+        final_depth(virgin)
     )
 }
 
-pub(super) fn pressure(largest: &Reading, back: &Reading) -> String {
-    let kilopascals = |pressure_pa: f64| format!("{} kPa", words::trimmed(words::significant(1e-3 * pressure_pa, 4)));
+pub(super) fn pressure_caption(largest: &GaugeTrace, back: &GaugeTrace) -> String {
+    let kilopascals =
+        |pressure_pa: f64| format!("{} kPa", format::trim_zeros(format::significant(1e-3 * pressure_pa, 4)));
     format!(
         "The pressure in the layup peaks at {} at {}; at the back face it peaks at {}.",
         kilopascals(largest.peak),
-        words::seconds(largest.peak_time_s),
+        format::seconds(largest.peak_time_s),
         kilopascals(back.peak)
     )
 }
 
 /// The mass balance, and the terms of gas and reactions in the energy balance.
-pub(super) fn balance(total: &Balance) -> String {
+pub(super) fn mass_balance(total: &Balance) -> String {
     let stored = if total.gas_stored_kg_m2 < 0.0 { "less" } else { "more" };
     let mass = format!(
         "Mass balance: solid converted to gas {}, gas in {}, gas out {}, gas in the pores {} {stored} than at the \
          start; relative residual {}.",
-        mass_words(total.solid_lost_kg_m2),
-        mass_words(total.gas_in_kg_m2),
-        mass_words(total.gas_out_kg_m2),
-        mass_words(total.gas_stored_kg_m2.abs()),
-        words::significant(total.mass_residual(), 2)
+        mass_text(total.solid_lost_kg_m2),
+        mass_text(total.gas_in_kg_m2),
+        mass_text(total.gas_out_kg_m2),
+        mass_text(total.gas_stored_kg_m2.abs()),
+        format::significant(total.mass_residual(), 2)
     );
     let moved = [
         (total.gas_heat_j_m2, "removed by gas", "brought by gas"),
@@ -89,23 +90,23 @@ pub(super) fn balance(total: &Balance) -> String {
         .filter(|(heat_j_m2, ..)| *heat_j_m2 != 0.0)
         .map(|(heat_j_m2, above, below)| {
             let how = if heat_j_m2 < 0.0 { below } else { above };
-            format!("{} MJ/m² {how}", words::significant(1e-6 * heat_j_m2.abs(), 3))
+            format!("{} MJ/m² {how}", format::significant(1e-6 * heat_j_m2.abs(), 3))
         })
         .collect();
-    if heat.is_empty() { mass } else { format!("{mass} The energy balance includes {}.", words::listed(&heat)) }
+    if heat.is_empty() { mass } else { format!("{mass} The energy balance includes {}.", format::list(&heat)) }
 }
 
-/// Final depth of a front: `3.84 mm`.
-fn ended(front: &Reading) -> String {
-    if front.end > 0.0 { format!("{} mm", words::significant(1e3 * front.end, 3)) } else { "none".to_owned() }
+/// Final depth of a front: `3.84 rounded_mm`.
+fn final_depth(front: &GaugeTrace) -> String {
+    if front.end > 0.0 { format!("{} mm", format::significant(1e3 * front.end, 3)) } else { "none".to_owned() }
 }
 
-fn flux_words(reading: &Reading) -> String {
-    format!("{} kg/m²/s", words::significant(reading.peak.abs(), 3))
+fn flux_text(reading: &GaugeTrace) -> String {
+    format!("{} kg/m²/s", format::significant(reading.peak.abs(), 3))
 }
 
-fn mass_words(mass_kg_m2: f64) -> String {
-    format!("{} kg/m²", words::significant(mass_kg_m2, 3))
+fn mass_text(mass_kg_m2: f64) -> String {
+    format!("{} kg/m²", format::significant(mass_kg_m2, 3))
 }
 
 #[cfg(test)]
@@ -113,14 +114,14 @@ mod tests {
     use super::*;
     use crate::report::fixture;
 
-    fn text(outcomes: &fixture::Outcomes) -> String {
-        found(&outcomes.case, &outcomes.nominal).expect("gas moves")
+    fn text(outcomes: &fixture::StudyFixture) -> String {
+        finding(&outcomes.case, &outcomes.nominal).expect("gas moves")
     }
 
     #[test]
     fn a_charring_layup_has_a_finding_with_mass_lost_gas_flux_and_char_depth_and_another_has_none() {
         let outcomes = fixture::outcomes();
-        assert_eq!(found(&outcomes.case, &outcomes.nominal), None);
+        assert_eq!(finding(&outcomes.case, &outcomes.nominal), None);
         let charring = text(&outcomes.charring());
         let truth = "Mass lost 0.360 kg/m², peak gas flux 0.00900 kg/m²/s at 40 s; final char depth 2.50 mm.";
         assert_eq!(charring, truth);
@@ -129,7 +130,7 @@ mod tests {
     #[test]
     fn without_a_front_there_is_no_final_depth() {
         let mut outcomes = fixture::outcomes().charring();
-        let front = outcomes.nominal.readings.iter_mut().find(|reading| reading.gauge == Gauge::CharFront);
+        let front = outcomes.nominal.gauge_traces.iter_mut().find(|reading| reading.gauge == Gauge::CharFront);
         let front = front.expect("a char front");
         (front.peak, front.end) = (0.0, 0.0);
         assert!(text(&outcomes).ends_with("final char depth none."));
@@ -138,21 +139,21 @@ mod tests {
     #[test]
     fn a_negative_gas_flux_is_reported_as_into_the_layup() {
         let mut outcomes = fixture::outcomes().charring();
-        outcomes.nominal.readings[0].peak = -0.002;
+        outcomes.nominal.gauge_traces[0].peak = -0.002;
         outcomes.case.layup = fixture::outcomes().case.layup;
         assert_eq!(text(&outcomes), "Peak gas flux 0.00200 kg/m²/s into the layup at 40 s.");
-        assert!(flux(&outcomes.nominal.readings[0]).ends_with("0.00200 kg/m²/s (into the layup) at 40 s."));
+        assert!(flux_caption(&outcomes.nominal.gauge_traces[0]).ends_with("0.00200 kg/m²/s (into the layup) at 40 s."));
     }
 
     #[test]
     fn the_mass_balance_reports_its_residual_and_the_heat_of_gas_and_reactions() {
         let balance_of = fixture::outcomes().charring().nominal.balance;
-        assert!(balance(&balance_of).contains("gas out 0.358 kg/m², gas in the pores 0.00400 kg/m² more"));
-        assert!(!balance(&balance_of).contains("energy"), "gas that carries no heat is no term of it");
-        let leaking = balance(&Balance { gas_out_kg_m2: 0.286, reaction_gain_j_m2: -2e5, ..balance_of });
+        assert!(mass_balance(&balance_of).contains("gas out 0.358 kg/m², gas in the pores 0.00400 kg/m² more"));
+        assert!(!mass_balance(&balance_of).contains("energy"), "gas that carries no heat is no term of it");
+        let leaking = mass_balance(&Balance { gas_out_kg_m2: 0.286, reaction_gain_j_m2: -2e5, ..balance_of });
         assert!(leaking.contains("; relative residual 0.20."), "{leaking}");
         assert!(leaking.ends_with("energy balance includes 0.200 MJ/m² absorbed by reactions."), "{leaking}");
-        let emptied = balance(&Balance { gas_stored_kg_m2: -0.002, gas_heat_j_m2: -3e4, ..balance_of });
+        let emptied = mass_balance(&Balance { gas_stored_kg_m2: -0.002, gas_heat_j_m2: -3e4, ..balance_of });
         assert!(emptied.contains("gas in the pores 0.00200 kg/m² less"), "{emptied}");
         assert!(emptied.ends_with("0.0300 MJ/m² brought by gas."), "{emptied}");
     }

@@ -2,39 +2,39 @@
 
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::line;
-use crate::report::{size, words};
+use crate::report::{format, size};
 use crate::study::answers::Answers;
 use crate::study::size::Sizing;
 
 pub(super) fn figures(answers: &Answers, outcome: &Sizing) -> Vec<Figure> {
-    vec![peaks(answers, outcome), held(answers, outcome)]
+    vec![peaks(answers, outcome), share_within_limit(answers, outcome)]
 }
 
 /// Vertical lines at the nominal and at the required thickness.
-fn marks(outcome: &Sizing, low: f64, high: f64) -> Vec<Layer> {
-    let names = ["nominal".to_owned(), format!("for {}", words::percent_of(outcome.demand.probability))];
-    let found = [(outcome.nominal, Ink::Series(1)), (outcome.needed, Ink::Series(2))];
+fn thickness_lines(outcome: &Sizing, low: f64, high: f64) -> Vec<Layer> {
+    let names = ["nominal".to_owned(), format!("for {}", format::percent_near_limits(outcome.requirement.probability))];
+    let found = [(outcome.nominal, Ink::Series(1)), (outcome.required, Ink::Series(2))];
     let each = found.into_iter().zip(names).filter_map(|((needed, ink), name)| {
         let at_mm = 1e3 * needed.found_m()?;
-        Some(line(format!("{} {name}", size::thickness(needed)), ink, Stroke::Dashed, &[at_mm; 2], &[low, high]))
+        Some(line(format!("{} {name}", size::thickness_text(needed)), ink, Stroke::Dashed, &[at_mm; 2], &[low, high]))
     });
     each.collect()
 }
 
-fn thicknesses(outcome: &Sizing) -> Axis {
-    Axis::linear(&format!("Thickness of {}, mm", outcome.demand.ply))
-        .within(1e3 * outcome.within_m.0, 1e3 * outcome.within_m.1)
+fn thickness_axis(outcome: &Sizing) -> Axis {
+    Axis::linear(&format!("Thickness of {}, mm", outcome.requirement.ply))
+        .with_range(1e3 * outcome.thickness_range_m.0, 1e3 * outcome.thickness_range_m.1)
 }
 
 fn peaks(answers: &Answers, outcome: &Sizing) -> Figure {
-    let name = &answers.case.sensors[outcome.demand.sensor].name;
-    let x: Vec<f64> = outcome.rungs.iter().map(|rung| 1e3 * rung.thickness_m).collect();
+    let name = &answers.case.sensors[outcome.requirement.sensor].name;
+    let x: Vec<f64> = outcome.peak_curve.iter().map(|rung| 1e3 * rung.thickness_m).collect();
     let of = |place: usize| -> Vec<f64> {
         let finite = |at_k: f64| if at_k.is_finite() { at_k } else { f64::NAN };
-        outcome.rungs.iter().map(|rung| finite(rung.percentiles_k[place])).collect()
+        outcome.peak_curve.iter().map(|rung| finite(rung.percentiles_k[place])).collect()
     };
-    let nominal: Vec<f64> = outcome.rungs.iter().map(|rung| rung.nominal.temperature_k).collect();
-    let limit_k = outcome.demand.limit_k;
+    let nominal: Vec<f64> = outcome.peak_curve.iter().map(|rung| rung.nominal.temperature_k).collect();
+    let limit_k = outcome.requirement.limit_k;
     let (low, high) = (of(0), of(2));
     let lowest = low.iter().chain(&nominal).copied().filter(|at_k| at_k.is_finite()).fold(limit_k, f64::min);
     let highest = high.iter().chain(&nominal).copied().filter(|at_k| at_k.is_finite()).fold(limit_k, f64::max);
@@ -44,55 +44,56 @@ fn peaks(answers: &Answers, outcome: &Sizing) -> Figure {
         line("nominal".to_owned(), Ink::Series(1), Stroke::Solid, &x, &nominal),
         line("limit".to_owned(), Ink::Measured, Stroke::Dotted, &[x[0], x[x.len() - 1]], &[limit_k; 2]),
     ];
-    layers.extend(marks(outcome, lowest, highest));
+    layers.extend(thickness_lines(outcome, lowest, highest));
     Figure {
         id: "size-peaks".to_owned(),
-        number: String::new(),
-        title: format!("Peak of {name} against the thickness of {}", outcome.demand.ply),
+        paper_reference: String::new(),
+        title: format!("Peak of {name} against the thickness of {}", outcome.requirement.ply),
         caption: format!(
             "{} Band: 95 % interval of the peaks of {}, the same at every thickness.",
-            size::found(answers, outcome),
-            words::counted(outcome.members.min(crate::study::size::BAND), "member")
+            size::finding(answers, outcome),
+            format::counted(outcome.members.min(crate::study::size::CURVE_MEMBERS), "member")
         ),
-        x: thicknesses(outcome),
-        y: Axis::linear("Peak temperature, K").within(lowest, highest),
+        x: thickness_axis(outcome),
+        y: Axis::linear("Peak temperature, K").with_range(lowest, highest),
         layers,
     }
 }
 
-fn held(answers: &Answers, outcome: &Sizing) -> Figure {
-    let of = outcome.each_m.len();
+fn share_within_limit(answers: &Answers, outcome: &Sizing) -> Figure {
+    let of = outcome.member_thicknesses_m.len();
     let stride = of.div_ceil(1000).max(1);
     // The last member is always picked, as it ends the curve.
     let picked = (0..of).filter(|&place| place.is_multiple_of(stride) || place + 1 == of);
-    let points = picked.filter(|&place| outcome.each_m[place].is_finite());
+    let points = picked.filter(|&place| outcome.member_thicknesses_m[place].is_finite());
     let (x, y): (Vec<f64>, Vec<f64>) =
-        points.map(|place| (1e3 * outcome.each_m[place], 100.0 * (place + 1) as f64 / of as f64)).unzip();
-    let (low_mm, high_mm) = (1e3 * outcome.within_m.0, 1e3 * outcome.within_m.1);
-    let required = 100.0 * outcome.demand.probability;
+        points.map(|place| (1e3 * outcome.member_thicknesses_m[place], 100.0 * (place + 1) as f64 / of as f64)).unzip();
+    let (low_mm, high_mm) = (1e3 * outcome.thickness_range_m.0, 1e3 * outcome.thickness_range_m.1);
+    let required = 100.0 * outcome.requirement.probability;
     let mut layers = vec![
         line("within the limit".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
         line("required".to_owned(), Ink::Measured, Stroke::Dotted, &[low_mm, high_mm], &[required; 2]),
     ];
-    layers.extend(marks(outcome, 0.0, 100.0));
+    layers.extend(thickness_lines(outcome, 0.0, 100.0));
     if let Some(check) = &outcome.check {
-        let (low, high) = check.held.interval_95();
+        let (low, high) = check.below_limit.interval_95();
         layers.push(Layer::Points {
             name: "check, ± 95 %".to_owned(),
             ink: Ink::Series(3),
-            x: outcome.needed.found_m().into_iter().map(|at_m| 1e3 * at_m).collect(),
-            y: vec![100.0 * check.held.share()],
+            x: outcome.required.found_m().into_iter().map(|at_m| 1e3 * at_m).collect(),
+            y: vec![100.0 * check.below_limit.fraction()],
             error: vec![50.0 * (high - low)],
         });
     }
-    let text: Vec<String> = [Some(size::drawn(outcome)), size::checked(outcome)].into_iter().flatten().collect();
+    let text: Vec<String> =
+        [Some(size::stated_thickness(outcome)), size::check_result(outcome)].into_iter().flatten().collect();
     Figure {
         id: "size-held".to_owned(),
-        number: String::new(),
-        title: format!("Members with {}", size::limit(answers, outcome)),
+        paper_reference: String::new(),
+        title: format!("Members with {}", size::limit_text(answers, outcome)),
         caption: text.join(" "),
-        x: thicknesses(outcome),
-        y: Axis::linear("Members within the limit, %").within(0.0, 100.0),
+        x: thickness_axis(outcome),
+        y: Axis::linear("Members within the limit, %").with_range(0.0, 100.0),
         layers,
     }
 }

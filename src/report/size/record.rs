@@ -1,9 +1,9 @@
 //! The key `sizing` of `summary.json`.
 
 use crate::case::Case;
-use crate::report::files::json::{Counted, Named};
+use crate::report::files::json::{OrderedMap, ProportionRecord};
 use crate::study::proportion::Proportion;
-use crate::study::size::{Needed, Sizing};
+use crate::study::size::{RequiredThickness, Sizing};
 use serde::Serialize;
 
 /// Total thicknesses of the sized plies, m; `null` where none or every thickness of the range suffices, as `outcome`
@@ -26,7 +26,7 @@ pub(super) struct SizingRecord<'a> {
     failed: usize,
     marches: usize,
     peak_at_end: bool,
-    variance_shares: Named<'a, f64>,
+    variance_shares: OrderedMap<'a, f64>,
     check: Option<CheckRecord>,
 }
 
@@ -36,14 +36,14 @@ struct Thickness {
     outcome: &'static str,
     thickness_m: Option<f64>,
     mass_kg_m2: Option<f64>,
-    within_limit: Option<Counted>,
+    within_limit: Option<ProportionRecord>,
 }
 
 #[derive(Serialize)]
 struct CheckRecord {
     seed: u64,
     failed: usize,
-    within_limit: Counted,
+    within_limit: ProportionRecord,
     confirmed: Option<bool>,
     /// 95 % range of `within_limit`, from the sampling errors of thickness and check.
     expected: Option<(f64, f64)>,
@@ -53,48 +53,59 @@ struct CheckRecord {
 }
 
 impl Thickness {
-    fn of(outcome: &Sizing, needed: Needed, within_limit: Option<Proportion>) -> Self {
+    fn of(outcome: &Sizing, needed: RequiredThickness, within_limit: Option<Proportion>) -> Self {
         Self {
             outcome: match needed {
-                Needed::AtMost(_) => "every",
-                Needed::At(_) => "found",
-                Needed::Beyond(_) => "none",
+                RequiredThickness::AtMost(_) => "every",
+                RequiredThickness::At(_) => "found",
+                RequiredThickness::Beyond(_) => "none",
             },
             thickness_m: needed.found_m(),
             mass_kg_m2: needed.found_m().map(|at_m| outcome.mass_kg_m2(at_m)),
-            within_limit: within_limit.map(Counted::of),
+            within_limit: within_limit.map(ProportionRecord::of),
         }
     }
 }
 
 impl<'a> SizingRecord<'a> {
     pub(super) fn of(case: &'a Case, outcome: &'a Sizing) -> Self {
-        let demand = &outcome.demand;
+        let demand = &outcome.requirement;
         Self {
             ply: &demand.ply,
             sensor: &case.sensors[demand.sensor].name,
             limit_k: demand.limit_k,
             probability: demand.probability,
-            thickness_range_m: outcome.within_m,
-            stated: Thickness::of(outcome, Needed::At(outcome.drawn_m), Some(outcome.held(outcome.drawn_m))),
-            nominal: Thickness::of(outcome, outcome.nominal, outcome.nominal.found_m().map(|at_m| outcome.held(at_m))),
-            required: Thickness::of(outcome, outcome.needed, None),
-            interval_m: (outcome.interval.0.and_then(Needed::found_m), outcome.interval.1.and_then(Needed::found_m)),
+            thickness_range_m: outcome.thickness_range_m,
+            stated: Thickness::of(
+                outcome,
+                RequiredThickness::At(outcome.case_thickness_m),
+                Some(outcome.below_limit(outcome.case_thickness_m)),
+            ),
+            nominal: Thickness::of(
+                outcome,
+                outcome.nominal,
+                outcome.nominal.found_m().map(|at_m| outcome.below_limit(at_m)),
+            ),
+            required: Thickness::of(outcome, outcome.required, None),
+            interval_m: (
+                outcome.interval.0.and_then(RequiredThickness::found_m),
+                outcome.interval.1.and_then(RequiredThickness::found_m),
+            ),
             margin_m: outcome.margin_m(),
             margin_kg_m2: outcome.margin_m().map(|margin_m| outcome.mass_kg_m2(margin_m)),
             members: outcome.members,
             failed: outcome.failures.iter().map(|failure| failure.members).sum(),
             marches: outcome.marches,
             peak_at_end: outcome.still_warming,
-            variance_shares: Named(
+            variance_shares: OrderedMap(
                 case.factors.iter().map(|factor| factor.name.as_str()).zip(outcome.shares.iter().copied()).collect(),
             ),
             check: outcome.check.as_ref().map(|check| CheckRecord {
                 seed: check.seed,
                 failed: check.failed,
-                within_limit: Counted::of(check.held),
-                confirmed: outcome.is_borne_out(),
-                expected: outcome.expected_95().map(|(low, high)| (low.share(), high.share())),
+                within_limit: ProportionRecord::of(check.below_limit),
+                confirmed: outcome.is_confirmed(),
+                expected: outcome.expected_count_95().map(|(low, high)| (low.fraction(), high.fraction())),
                 nominal_peak_k: check.nominal_k,
                 peaks_k: check.percentiles_k,
             }),

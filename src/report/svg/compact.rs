@@ -3,13 +3,13 @@
 /// Convert lines and polygons to paths with relative coordinates, and join successive lines of one style.
 ///
 /// Input is the output of plotters: one element per line, text escaped and on its own line.
-pub(super) fn shorten(svg: &str) -> String {
+pub(super) fn compress(svg: &str) -> String {
     let mut out = String::with_capacity(svg.len());
     let mut open: Option<Path> = None;
     for line in svg.lines() {
         match Path::read(line) {
             Some(path) => match &mut open {
-                Some(before) if before.continues(&path) => before.runs.extend(path.runs),
+                Some(before) if before.continues(&path) => before.subpaths.extend(path.subpaths),
                 _ => {
                     out.extend(open.replace(path).map(|path| path.written()));
                 }
@@ -17,7 +17,7 @@ pub(super) fn shorten(svg: &str) -> String {
             None => {
                 out.extend(open.take().map(|path| path.written()));
                 // Opaque is the default.
-                let line = if line.starts_with('<') { line.replace(OPAQUE, "") } else { line.to_owned() };
+                let line = if line.starts_with('<') { line.replace(OPAQUE_ATTRIBUTE, "") } else { line.to_owned() };
                 out.push_str(&line);
                 out.push('\n');
             }
@@ -27,13 +27,13 @@ pub(super) fn shorten(svg: &str) -> String {
     out
 }
 
-const OPAQUE: &str = " opacity=\"1\"";
+const OPAQUE_ATTRIBUTE: &str = " opacity=\"1\"";
 
 struct Path<'a> {
     /// All attributes except the points.
     style: &'a str,
     is_closed: bool,
-    runs: Vec<Vec<(i32, i32)>>,
+    subpaths: Vec<Vec<(i32, i32)>>,
 }
 
 impl<'a> Path<'a> {
@@ -49,18 +49,21 @@ impl<'a> Path<'a> {
             Some((x.parse().ok()?, y.parse().ok()?))
         };
         let run: Vec<(i32, i32)> = points.split_whitespace().map(point).collect::<Option<_>>()?;
-        (!run.is_empty()).then(|| Self { style, is_closed, runs: vec![run] })
+        (!run.is_empty()).then(|| Self { style, is_closed, subpaths: vec![run] })
     }
 
     /// Whether two paths can be joined without visible change: translucent lines would be darker where they cross.
     fn continues(&self, next: &Self) -> bool {
-        !self.is_closed && !next.is_closed && self.style == next.style && self.style.contains(OPAQUE.trim_start())
+        !self.is_closed
+            && !next.is_closed
+            && self.style == next.style
+            && self.style.contains(OPAQUE_ATTRIBUTE.trim_start())
     }
 
     fn written(&self) -> String {
         let mut data = String::new();
         let (mut x, mut y) = (0, 0);
-        for run in &self.runs {
+        for run in &self.subpaths {
             // Coordinates after the first pair of a move command are lines.
             data.push('m');
             for (place, (to_x, to_y)) in run.iter().enumerate() {
@@ -74,7 +77,7 @@ impl<'a> Path<'a> {
         if self.is_closed {
             data.push('z');
         }
-        format!("<path {} d=\"{data}\"/>\n", self.style).replacen(OPAQUE, "", 1)
+        format!("<path {} d=\"{data}\"/>\n", self.style).replacen(OPAQUE_ATTRIBUTE, "", 1)
     }
 }
 
@@ -104,7 +107,7 @@ mod tests {
         let lines = "<polyline STYLE points=\"11,12 13,9 13,9 \"/>\n\
                      <polyline STYLE points=\"-3,5 20,25 \"/>\n\
                      <polygon opacity=\"0.2\" fill=\"#00829B\" points=\"1,2 3,4 0,7 \"/>\n";
-        let short = shorten(&lines.replace("STYLE", style));
+        let short = compress(&lines.replace("STYLE", style));
         let paths: Vec<&str> = short.lines().collect();
         assert_eq!(paths.len(), 2, "{short}");
         assert!(paths[0].starts_with("<path fill=\"none\" stroke=\"#00829B\" stroke-width=\"6\" d=\""), "{short}");
@@ -123,16 +126,16 @@ mod tests {
         let (black, white) = ("opacity=\"1\" stroke=\"#000000\"", "opacity=\"1\" stroke=\"#FFFFFF\"");
         let faint = "opacity=\"0.6\" stroke=\"#000000\"";
         for (first, second, paths) in [(black, black, 1), (black, white, 2), (faint, faint, 2)] {
-            let short = shorten(&(line(first) + &line(second)));
+            let short = compress(&(line(first) + &line(second)));
             assert_eq!(short.matches("<path").count(), paths, "{short}");
         }
-        let short = shorten(&(line(black) + "<circle r=\"1\"/>\n" + &line(black)));
+        let short = compress(&(line(black) + "<circle r=\"1\"/>\n" + &line(black)));
         assert_eq!(short.matches("<path").count(), 2, "{short}");
     }
 
     #[test]
     fn texts_and_other_elements_are_unchanged() {
         let text = "<text x=\"1\" y=\"2\" fill=\"#222222\">\nopacity=\"1\" points=\"1,2\"\n</text>\n";
-        assert_eq!(shorten(text), text);
+        assert_eq!(compress(text), text);
     }
 }

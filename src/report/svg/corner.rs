@@ -1,9 +1,9 @@
 //! A corner plot: one panel per pair, each with its own axes.
 
 use super::super::contour;
-use super::super::figure::{Ink, Region, Variable};
-use super::{Area, Drawn, FINE, INK, RULE, font, px};
-use crate::report::words;
+use super::super::figure::{CornerVariable, DensityRegion, Ink};
+use super::{Area, DrawResult, GRID_COLOUR, TEXT_COLOUR, UNITS_PER_PIXEL, font, px};
+use crate::report::format;
 use plotters::prelude::*;
 
 /// Margins for the labels at the left and the bottom, and between panels, pixels.
@@ -11,7 +11,7 @@ const LEFT: u32 = 76;
 const BOTTOM: u32 = 52;
 const GAP: u32 = 6;
 
-pub(super) fn draw(variables: &[Variable], regions: &[Region], plot: &Area) -> Drawn {
+pub(super) fn draw(variables: &[CornerVariable], regions: &[DensityRegion], plot: &Area) -> DrawResult {
     let count = variables.len() as u32;
     let (width, height) = plot.dim_in_pixel();
     let top = px(40);
@@ -27,14 +27,14 @@ pub(super) fn draw(variables: &[Variable], regions: &[Region], plot: &Area) -> D
     for (place, variable) in variables.iter().enumerate() {
         let highest = variable.shares.iter().copied().fold(0.0, f64::max);
         let mut chart = panel(variables, (place, place), (0.0, 1.08 * highest), &cell(place, place))?;
-        let half = (variable.range.1 - variable.range.0) / variable.middles.len() as f64 / 2.0;
+        let half = (variable.range.1 - variable.range.0) / variable.bin_centres.len() as f64 / 2.0;
         let paint = rgb(Ink::Series(0)).mix(0.55).filled();
-        let bars = variable.middles.iter().zip(&variable.shares);
+        let bars = variable.bin_centres.iter().zip(&variable.shares);
         chart.draw_series(bars.map(|(at, share)| Rectangle::new([(at - half, 0.0), (at + half, *share)], paint)))?;
         let (low, high) = variable.interval;
         for (at, ink) in [(low, Ink::Measured), (high, Ink::Measured), (variable.estimate, Ink::Series(1))] {
             let ends = [(at, 0.0), (at, highest)];
-            let style = rgb(ink).stroke_width(px(1) + FINE / 2);
+            let style = rgb(ink).stroke_width(px(1) + UNITS_PER_PIXEL / 2);
             if ink == Ink::Measured {
                 let dashed = plotters::element::DashedPathElement::new(ends, px(6) as i32, px(4) as i32, style);
                 chart.plotting_area().draw(&dashed)?;
@@ -46,20 +46,21 @@ pub(super) fn draw(variables: &[Variable], regions: &[Region], plot: &Area) -> D
     for region in regions {
         let (x, y) = (&variables[region.across], &variables[region.up]);
         let mut chart = panel(variables, (region.up, region.across), y.range, &cell(region.up, region.across))?;
-        let half = |variable: &Variable| (variable.range.1 - variable.range.0) / variable.middles.len() as f64 / 2.0;
+        let half =
+            |variable: &CornerVariable| (variable.range.1 - variable.range.0) / variable.bin_centres.len() as f64 / 2.0;
         let (wide, tall) = (half(x), half(y));
-        for (row, up) in region.enclosed.iter().zip(&y.middles) {
-            for (enclosed, across) in row.iter().zip(&x.middles).filter(|(enclosed, _)| **enclosed <= 0.95) {
+        for (row, up) in region.enclosed.iter().zip(&y.bin_centres) {
+            for (enclosed, across) in row.iter().zip(&x.bin_centres).filter(|(enclosed, _)| **enclosed <= 0.95) {
                 let paint = rgb(Ink::Series(0)).mix(if *enclosed <= 0.5 { 0.6 } else { 0.25 }).filled();
                 let corners = [(across - wide, up - tall), (across + wide, up + tall)];
                 chart.plotting_area().draw(&Rectangle::new(corners, paint))?;
             }
         }
-        let across = vec![x.middles.clone(); y.middles.len()];
-        let up: Vec<Vec<f64>> = y.middles.iter().map(|&up| vec![up; x.middles.len()]).collect();
+        let across = vec![x.bin_centres.clone(); y.bin_centres.len()];
+        let up: Vec<Vec<f64>> = y.bin_centres.iter().map(|&up| vec![up; x.bin_centres.len()]).collect();
         for level in [0.5, 0.95] {
             let style = rgb(Ink::Series(0)).stroke_width(px(1));
-            for line in contour::level_lines(&across, &up, &region.enclosed, level) {
+            for line in contour::contour_lines(&across, &up, &region.enclosed, level) {
                 chart.plotting_area().draw(&PathElement::new(line, style))?;
             }
         }
@@ -76,7 +77,7 @@ type Panel<'a> = ChartContext<
 
 /// The axes of a panel, labelled at the left and at the bottom of the plot.
 fn panel<'a>(
-    variables: &[Variable],
+    variables: &[CornerVariable],
     (row, column): (usize, usize),
     (low, high): (f64, f64),
     area: &Area<'a>,
@@ -88,13 +89,13 @@ fn panel<'a>(
         .x_label_area_size(if below { px(BOTTOM) } else { 0 })
         .y_label_area_size(if left { px(LEFT) } else { 0 })
         .build_cartesian_2d(x.range.0..x.range.1, low..high)?;
-    let label = |value: &f64| words::trimmed(format!("{value:.4}")).replace('-', "−");
+    let label = |value: &f64| format::trim_zeros(format!("{value:.4}")).replace('-', "−");
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT)
-        .bold_line_style(RULE.stroke_width(FINE))
-        .axis_style(RGBColor(0x99, 0x99, 0x99).stroke_width(FINE))
-        .label_style(font(12).color(&INK))
-        .axis_desc_style(font(13).color(&INK))
+        .bold_line_style(GRID_COLOUR.stroke_width(UNITS_PER_PIXEL))
+        .axis_style(RGBColor(0x99, 0x99, 0x99).stroke_width(UNITS_PER_PIXEL))
+        .label_style(font(12).color(&TEXT_COLOUR))
+        .axis_desc_style(font(13).color(&TEXT_COLOUR))
         .x_labels(5)
         .y_labels(if row == column { 0 } else { 5 })
         .x_label_formatter(&label)

@@ -1,60 +1,68 @@
 //! Layers and legend.
 
-use super::super::figure::{Figure, Ink, Layer, Stroke, diverging, rising};
-use super::super::{contour, words};
-use super::{Area, Chart, Drawn, FINE, INK, font, plotted, px, spx};
+use super::super::figure::{Figure, Ink, Layer, Stroke, diverging_colour, sequential_colour};
+use super::super::{contour, format};
+use super::{Area, Chart, DrawResult, TEXT_COLOUR, UNITS_PER_PIXEL, font, px, px_coordinate, to_plotted_units};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// An entry of the legend.
-pub(super) struct Entry {
+pub(super) struct LegendEntry {
     name: String,
     colour: RGBColor,
-    key: Key,
+    key: LegendSymbol,
 }
 
-enum Key {
+enum LegendSymbol {
     Line(Stroke),
     Dot,
     Patch(f64),
 }
 
 /// Legend of a figure, top to bottom; stacked areas in the order of the chart, the last on top.
-pub(super) fn legend(figure: &Figure) -> Vec<Entry> {
+pub(super) fn legend(figure: &Figure) -> Vec<LegendEntry> {
     let mut entries = Vec::new();
     for layer in &figure.layers {
         match layer {
-            Layer::Line { name, ink, stroke, .. } => entries.push(entry_of(name, *ink, Key::Line(*stroke))),
-            Layer::Points { name, ink, .. } => entries.push(entry_of(name, *ink, Key::Dot)),
-            Layer::Band { name, ink, opacity, .. } => entries.push(entry_of(name, *ink, Key::Patch(*opacity))),
-            Layer::Window { name, .. } => entries.push(entry_of(name, WINDOW, Key::Patch(WINDOW_OPACITY))),
-            Layer::Whiskers { name, ink, .. } => entries.push(entry_of(name, *ink, Key::Patch(1.0))),
-            Layer::Shares { parts, .. } => {
-                entries.extend(parts.iter().rev().map(|part| entry_of(&part.name, part.ink, Key::Patch(PILED))));
+            Layer::Line { name, ink, stroke, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Line(*stroke))),
+            Layer::Points { name, ink, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Dot)),
+            Layer::Band { name, ink, opacity, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Patch(*opacity))),
+            Layer::Interval { name, .. } => {
+                entries.push(entry_of(name, INTERVAL_COLOUR, LegendSymbol::Patch(INTERVAL_OPACITY)));
+            }
+            Layer::BoxPlot { name, ink, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Patch(1.0))),
+            Layer::StackedAreas { parts, .. } => {
+                entries.extend(
+                    parts.iter().rev().map(|part| entry_of(&part.name, part.ink, LegendSymbol::Patch(STACK_OPACITY))),
+                );
             }
             Layer::Contours { name, levels, .. } => {
-                entries.push(Entry { name: name.clone(), colour: WHITE, key: Key::Patch(0.0) });
+                entries.push(LegendEntry { name: name.clone(), colour: WHITE, key: LegendSymbol::Patch(0.0) });
                 for (place, level) in levels.iter().enumerate().rev() {
                     let colour = level_colour(place, levels.len());
-                    entries.push(Entry { name: words::significant(*level, 2), colour, key: Key::Line(Stroke::Solid) });
+                    entries.push(LegendEntry {
+                        name: format::significant(*level, 2),
+                        colour,
+                        key: LegendSymbol::Line(Stroke::Solid),
+                    });
                 }
             }
-            Layer::Cells { .. } | Layer::Corner { .. } => {}
+            Layer::Heatmap { .. } | Layer::CornerPlot { .. } => {}
         }
     }
     entries.retain(|entry| !entry.name.is_empty());
     entries
 }
 
-const WINDOW: Ink = Ink::Series(4);
-const WINDOW_OPACITY: f64 = 0.12;
-const PILED: f64 = 0.85;
+const INTERVAL_COLOUR: Ink = Ink::Series(4);
+const INTERVAL_OPACITY: f64 = 0.12;
+const STACK_OPACITY: f64 = 0.85;
 /// Maximum number of characters of a name.
-const NAME: usize = 20;
+const MAX_NAME_CHARS: usize = 20;
 
-fn entry_of(name: &str, ink: Ink, key: Key) -> Entry {
-    Entry { name: name.to_owned(), colour: colour(ink), key }
+fn entry_of(name: &str, ink: Ink, key: LegendSymbol) -> LegendEntry {
+    LegendEntry { name: name.to_owned(), colour: colour(ink), key }
 }
 
 fn colour(ink: Ink) -> RGBColor {
@@ -66,15 +74,15 @@ fn rgb((red, green, blue): (u8, u8, u8)) -> RGBColor {
 }
 
 fn level_colour(place: usize, levels: usize) -> RGBColor {
-    rgb(rising(place as f64 / levels.saturating_sub(1).max(1) as f64))
+    rgb(sequential_colour(place as f64 / levels.saturating_sub(1).max(1) as f64))
 }
 
 /// Draw an entry of the legend with its left end at `x`, vertically centred at `y`.
-pub(super) fn entry(entry: &Entry, x: i32, y: i32, side: &Area) -> Drawn {
-    let middle = x + spx(14);
+pub(super) fn entry(entry: &LegendEntry, x: i32, y: i32, side: &Area) -> DrawResult {
+    let middle = x + px_coordinate(14);
     match entry.key {
-        Key::Line(stroke) => {
-            let ends = [(x, y), (x + spx(28), y)];
+        LegendSymbol::Line(stroke) => {
+            let ends = [(x, y), (x + px_coordinate(28), y)];
             match dashes(stroke) {
                 None => side.draw(&PathElement::new(ends, entry.colour.stroke_width(px(stroke.width()))))?,
                 Some((dash, gap)) => {
@@ -83,32 +91,32 @@ pub(super) fn entry(entry: &Entry, x: i32, y: i32, side: &Area) -> Drawn {
                 }
             }
         }
-        Key::Dot => side.draw(&Circle::new((middle, y), px(4), entry.colour.filled()))?,
-        Key::Patch(opacity) => {
-            let corners = [(x, y - spx(7)), (x + spx(28), y + spx(7))];
+        LegendSymbol::Dot => side.draw(&Circle::new((middle, y), px(4), entry.colour.filled()))?,
+        LegendSymbol::Patch(opacity) => {
+            let corners = [(x, y - px_coordinate(7)), (x + px_coordinate(28), y + px_coordinate(7))];
             side.draw(&Rectangle::new(corners, entry.colour.mix(opacity).filled()))?;
         }
     }
-    let anchored = font(14).color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
-    side.draw(&Text::new(words::short(&entry.name, NAME), (x + spx(36), y), anchored))
+    let anchored = font(14).color(&TEXT_COLOUR).pos(Pos::new(HPos::Left, VPos::Center));
+    side.draw(&Text::new(format::truncate(&entry.name, MAX_NAME_CHARS), (x + px_coordinate(36), y), anchored))
 }
 
 /// Lengths of dash and gap, drawn units.
 fn dashes(stroke: Stroke) -> Option<(i32, i32)> {
     match stroke {
         Stroke::Solid => None,
-        Stroke::Dashed | Stroke::Thin => Some((spx(8), spx(5))),
-        Stroke::Dotted => Some((spx(2), spx(4))),
+        Stroke::Dashed | Stroke::Thin => Some((px_coordinate(8), px_coordinate(5))),
+        Stroke::Dotted => Some((px_coordinate(2), px_coordinate(4))),
     }
 }
 
 /// Draw one layer.
-pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) -> Drawn {
-    let at = |x: f64, y: f64| (plotted(&figure.x, x), plotted(&figure.y, y));
+pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) -> DrawResult {
+    let at = |x: f64, y: f64| (to_plotted_units(&figure.x, x), to_plotted_units(&figure.y, y));
     match layer {
         Layer::Line { ink, stroke, x, y, .. } => {
             let style = colour(*ink).stroke_width(px(stroke.width()));
-            for run in runs(x.iter().zip(y).map(|(x, y)| at(*x, *y))) {
+            for run in continuous_parts(x.iter().zip(y).map(|(x, y)| at(*x, *y))) {
                 match dashes(*stroke) {
                     None => chart.plotting_area().draw(&PathElement::new(run, style))?,
                     Some((dash, gap)) => {
@@ -122,9 +130,9 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
             for (index, (x, y)) in x.iter().zip(y).enumerate().filter(|(_, (x, y))| x.is_finite() && y.is_finite()) {
                 if let Some(error) = error.get(index) {
                     let bar = [at(*x, y - error), at(*x, y + error)];
-                    chart.plotting_area().draw(&PathElement::new(bar, paint.mix(0.6).stroke_width(FINE)))?;
+                    chart.plotting_area().draw(&PathElement::new(bar, paint.mix(0.6).stroke_width(UNITS_PER_PIXEL)))?;
                 }
-                let size = if error.is_empty() { px(4) } else { px(2) + FINE / 2 };
+                let size = if error.is_empty() { px(4) } else { px(2) + UNITS_PER_PIXEL / 2 };
                 chart.plotting_area().draw(&Circle::new(at(*x, *y), size, paint.filled()))?;
             }
         }
@@ -134,35 +142,37 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
             let solid: Vec<(f64, f64)> = outline.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
             chart.plotting_area().draw(&Polygon::new(solid, colour(*ink).mix(*opacity).filled()))?;
         }
-        Layer::Shares { x, parts } => {
+        Layer::StackedAreas { x, parts } => {
             let mut floor = vec![0.0; x.len()];
             for part in parts {
                 let top: Vec<f64> =
                     floor.iter().zip(&part.values).map(|(floor, value)| floor + value.max(0.0)).collect();
                 let lower = x.iter().zip(&floor).rev();
                 let outline: Vec<(f64, f64)> = x.iter().zip(&top).chain(lower).map(|(x, y)| at(*x, *y)).collect();
-                chart.plotting_area().draw(&Polygon::new(outline, colour(part.ink).mix(PILED).filled()))?;
+                chart.plotting_area().draw(&Polygon::new(outline, colour(part.ink).mix(STACK_OPACITY).filled()))?;
                 floor = top;
             }
         }
-        Layer::Window { from, to, .. } => {
+        Layer::Interval { from, to, .. } => {
             let up = chart.y_range();
             let across = chart.x_range();
             let corners = [(from.max(across.start), up.start), (to.min(across.end), up.end)];
-            chart.plotting_area().draw(&Rectangle::new(corners, colour(WINDOW).mix(WINDOW_OPACITY).filled()))?;
+            chart
+                .plotting_area()
+                .draw(&Rectangle::new(corners, colour(INTERVAL_COLOUR).mix(INTERVAL_OPACITY).filled()))?;
         }
-        Layer::Cells { values } => cells(values, chart)?,
+        Layer::Heatmap { values } => heatmap(values, chart)?,
         // Drawn by `corner`.
-        Layer::Corner { .. } => {}
+        Layer::CornerPlot { .. } => {}
         Layer::Contours { x, y, values, levels, .. } => {
-            for (place, lines) in contour::lines(x, y, values, levels).into_iter().enumerate() {
-                let style = level_colour(place, levels.len()).stroke_width(px(1) + FINE / 2);
+            for (place, lines) in contour::log_contours(x, y, values, levels).into_iter().enumerate() {
+                let style = level_colour(place, levels.len()).stroke_width(px(1) + UNITS_PER_PIXEL / 2);
                 for line in lines {
                     chart.plotting_area().draw(&PathElement::new(line, style))?;
                 }
             }
         }
-        Layer::Whiskers { ink, percentiles, .. } => {
+        Layer::BoxPlot { ink, percentiles, .. } => {
             let paint = colour(*ink);
             for (index, [low, quarter, median, three_quarters, high]) in percentiles.iter().enumerate() {
                 let place = index as f64;
@@ -178,17 +188,17 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
     Ok(())
 }
 
-fn cells<'a>(values: &[Vec<f64>], chart: &mut Chart<'a>) -> Drawn {
+fn heatmap<'a>(values: &[Vec<f64>], chart: &mut Chart<'a>) -> DrawResult {
     let crowd = values.len().max(6) as u32;
     let anchored = font((90 / crowd).clamp(9, 14)).pos(Pos::new(HPos::Center, VPos::Center));
     for (row, line) in values.iter().enumerate() {
         for (column, value) in line.iter().enumerate() {
             let (x, y) = (column as f64, row as f64);
             let corners = [(x - 0.49, y - 0.49), (x + 0.49, y + 0.49)];
-            let paint = if value.is_finite() { rgb(diverging(*value)) } else { RGBColor(0xEE, 0xEE, 0xEE) };
+            let paint = if value.is_finite() { rgb(diverging_colour(*value)) } else { RGBColor(0xEE, 0xEE, 0xEE) };
             chart.plotting_area().draw(&Rectangle::new(corners, paint.filled()))?;
             let text = if value.is_finite() { format!("{value:.2}").replace('-', "−") } else { "–".to_owned() };
-            let ink = if value.abs() > 0.75 { WHITE } else { INK };
+            let ink = if value.abs() > 0.75 { WHITE } else { TEXT_COLOUR };
             chart.plotting_area().draw(&Text::new(text, (x, y), anchored.color(&ink)))?;
         }
     }
@@ -196,7 +206,7 @@ fn cells<'a>(values: &[Vec<f64>], chart: &mut Chart<'a>) -> Drawn {
 }
 
 /// The continuous parts of a curve with gaps.
-fn runs(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
+fn continuous_parts(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
     let mut runs = vec![Vec::new()];
     for (x, y) in points {
         if x.is_finite() && y.is_finite() {

@@ -11,21 +11,21 @@ mod ticks;
 use super::figure::{Axis, Figure, Layer, Scale};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use ticks::Ruler;
+use ticks::AxisCoordinate;
 
 /// Drawn units per pixel.
-const FINE: u32 = 4;
+const UNITS_PER_PIXEL: u32 = 4;
 /// Size of the image, pixels.
 const WIDTH: u32 = 900;
 const HEIGHT: u32 = 520;
 /// Width of the column of the legend, pixels.
-const LEGEND: u32 = 190;
-const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
-const RULE: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
+const LEGEND_WIDTH: u32 = 190;
+const TEXT_COLOUR: RGBColor = RGBColor(0x22, 0x22, 0x22);
+const GRID_COLOUR: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Ruler, Ruler>>;
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<AxisCoordinate, AxisCoordinate>>;
+type DrawResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// The figure as an SVG document of 900 × 520.
 ///
@@ -34,25 +34,26 @@ type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 pub(super) fn draw(figure: &Figure) -> Result<String, String> {
     let mut text = String::new();
     {
-        let root = SVGBackend::with_string(&mut text, (WIDTH * FINE, HEIGHT * FINE)).into_drawing_area();
+        let root =
+            SVGBackend::with_string(&mut text, (WIDTH * UNITS_PER_PIXEL, HEIGHT * UNITS_PER_PIXEL)).into_drawing_area();
         compose(figure, &root).and_then(|()| root.present()).map_err(|error| error.to_string())?;
     }
-    let drawn = format!("width=\"{}\" height=\"{}\"", WIDTH * FINE, HEIGHT * FINE);
+    let drawn = format!("width=\"{}\" height=\"{}\"", WIDTH * UNITS_PER_PIXEL, HEIGHT * UNITS_PER_PIXEL);
     let shown = format!("width=\"{WIDTH}\" height=\"{HEIGHT}\" role=\"img\"");
-    Ok(compact::shorten(&text.replacen(&drawn, &shown, 1)))
+    Ok(compact::compress(&text.replacen(&drawn, &shown, 1)))
 }
 
-fn compose(figure: &Figure, root: &Area) -> Drawn {
+fn compose(figure: &Figure, root: &Area) -> DrawResult {
     root.fill(&WHITE)?;
     let entries = layers::legend(figure);
-    let width = WIDTH - if entries.is_empty() { 20 } else { LEGEND };
+    let width = WIDTH - if entries.is_empty() { 20 } else { LEGEND_WIDTH };
     let (plot, side) = root.split_horizontally(px(width));
-    let title = ("sans-serif", f64::from(px(17)) * 1.24, FontStyle::Bold).into_text_style(root).color(&INK);
-    plot.draw(&Text::new(figure.title.clone(), (spx(20), spx(14)), title))?;
-    if let [Layer::Corner { variables, regions }] = figure.layers.as_slice() {
+    let title = ("sans-serif", f64::from(px(17)) * 1.24, FontStyle::Bold).into_text_style(root).color(&TEXT_COLOUR);
+    plot.draw(&Text::new(figure.title.clone(), (px_coordinate(20), px_coordinate(14)), title))?;
+    if let [Layer::CornerPlot { variables, regions }] = figure.layers.as_slice() {
         return corner::draw(variables, regions, &plot);
     }
-    let (x, y) = frame(figure);
+    let (x, y) = axis_ranges(figure);
     let mut chart = ChartBuilder::on(&plot)
         .margin_top(px(44))
         .margin_left(px(8))
@@ -60,22 +61,22 @@ fn compose(figure: &Figure, root: &Area) -> Drawn {
         .margin_bottom(px(10))
         .x_label_area_size(px(56))
         .y_label_area_size(px(label_width(&figure.y)))
-        .build_cartesian_2d(Ruler::new(&figure.x, x), Ruler::new(&figure.y, y))?;
+        .build_cartesian_2d(AxisCoordinate::new(&figure.x, x), AxisCoordinate::new(&figure.y, y))?;
     mesh(figure, &mut chart)?;
     for layer in &figure.layers {
         layers::draw(layer, figure, &mut chart)?;
     }
     for (row, entry) in entries.iter().enumerate() {
-        layers::entry(entry, spx(8), spx(60 + 24 * row as u32), &side)?;
+        layers::entry(entry, px_coordinate(8), px_coordinate(60 + 24 * row as u32), &side)?;
     }
     Ok(())
 }
 
 /// Range of each axis in plotted units (logarithms on a log axis), with a margin around the curves.
-fn frame(figure: &Figure) -> ((f64, f64), (f64, f64)) {
+fn axis_ranges(figure: &Figure) -> ((f64, f64), (f64, f64)) {
     let (x, y) = figure.extent();
     let stretch = |axis: &Axis, (low, high): (f64, f64), air: f64| {
-        let (low, high) = (plotted(axis, low), plotted(axis, high));
+        let (low, high) = (to_plotted_units(axis, low), to_plotted_units(axis, high));
         let (low, high) = if low.is_finite() && high.is_finite() { (low, high) } else { (0.0, 1.0) };
         let reach = if high > low { high - low } else { low.abs().max(1.0) };
         if axis.range.is_some() { (low, high) } else { (low - air * reach, high + air * reach) }
@@ -84,29 +85,29 @@ fn frame(figure: &Figure) -> ((f64, f64), (f64, f64)) {
     let (across, up) = if surface { (0.0, 0.0) } else { (0.03, 0.05) };
     // Rows of a matrix run downwards.
     let (low, high) = stretch(&figure.y, y, up);
-    let down = matches!(figure.y.scale, Scale::Names(_));
+    let down = matches!(figure.y.scale, Scale::Categories(_));
     (stretch(&figure.x, x, across), if down { (high, low) } else { (low, high) })
 }
 
 /// A value in plotted units.
-fn plotted(axis: &Axis, value: f64) -> f64 {
+fn to_plotted_units(axis: &Axis, value: f64) -> f64 {
     if axis.scale == Scale::Log { value.log10() } else { value }
 }
 
-fn mesh(figure: &Figure, chart: &mut Chart) -> Drawn {
+fn mesh(figure: &Figure, chart: &mut Chart) -> DrawResult {
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT)
-        .bold_line_style(RULE.stroke_width(FINE))
-        .axis_style(RGBColor(0x99, 0x99, 0x99).stroke_width(FINE))
-        .label_style(font(14).color(&INK))
-        .axis_desc_style(font(15).color(&INK))
-        .set_all_tick_mark_size(spx(4))
+        .bold_line_style(GRID_COLOUR.stroke_width(UNITS_PER_PIXEL))
+        .axis_style(RGBColor(0x99, 0x99, 0x99).stroke_width(UNITS_PER_PIXEL))
+        .label_style(font(14).color(&TEXT_COLOUR))
+        .axis_desc_style(font(15).color(&TEXT_COLOUR))
+        .set_all_tick_mark_size(px_coordinate(4))
         .x_desc(figure.x.label.clone())
         .y_desc(figure.y.label.clone());
-    if matches!(figure.x.scale, Scale::Names(_)) {
+    if matches!(figure.x.scale, Scale::Categories(_)) {
         mesh.disable_x_mesh();
     }
-    if matches!(figure.y.scale, Scale::Names(_)) {
+    if matches!(figure.y.scale, Scale::Categories(_)) {
         mesh.disable_y_mesh();
     }
     mesh.draw()
@@ -115,24 +116,27 @@ fn mesh(figure: &Figure, chart: &mut Chart) -> Drawn {
 /// Width of the labels of the vertical axis, pixels.
 fn label_width(axis: &Axis) -> u32 {
     match &axis.scale {
-        Scale::Names(names) => 24 + 8 * names.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(30) as u32,
-        Scale::Linear | Scale::Log | Scale::Whole => 76,
+        Scale::Categories(names) => {
+            24 + 8 * names.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(30) as u32
+        }
+        Scale::Linear | Scale::Log | Scale::Integer => 76,
     }
 }
 
 /// Pixels in drawn units.
 fn px(shown: u32) -> u32 {
-    shown * FINE
+    shown * UNITS_PER_PIXEL
 }
 
 /// Pixels in drawn units, as a coordinate.
-fn spx(shown: u32) -> i32 {
-    (shown * FINE) as i32
+fn px_coordinate(shown: u32) -> i32 {
+    (shown * UNITS_PER_PIXEL) as i32
 }
 
 /// A font of a size in pixels; plotters divides sizes by 1.24.
 fn font(shown: u32) -> TextStyle<'static> {
-    ("sans-serif", f64::from(shown * FINE) * 1.24).into_text_style(&(WIDTH * FINE, HEIGHT * FINE))
+    ("sans-serif", f64::from(shown * UNITS_PER_PIXEL) * 1.24)
+        .into_text_style(&(WIDTH * UNITS_PER_PIXEL, HEIGHT * UNITS_PER_PIXEL))
 }
 
 #[cfg(test)]

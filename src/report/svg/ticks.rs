@@ -1,35 +1,35 @@
 //! Ticks of an axis and their labels.
 
-use super::super::figure::{Axis, Scale, decades};
-use super::super::words;
+use super::super::figure::{Axis, Scale, log_ticks};
+use super::super::format;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use std::ops::Range;
 
 /// A coordinate axis in plotted units (logarithms on a log axis). The ticks of plotters suit neither decades nor names.
-pub(super) struct Ruler {
+pub(super) struct AxisCoordinate {
     axis: Axis,
     ends: Range<f64>,
 }
 
-impl Ruler {
+impl AxisCoordinate {
     /// From `low` at the left or bottom to `high`; `low` may be the larger.
     pub(super) fn new(axis: &Axis, (low, high): (f64, f64)) -> Self {
         Self { axis: axis.clone(), ends: low..high }
     }
 
     /// Positions of the ticks.
-    fn places(&self) -> Vec<f64> {
+    fn tick_positions(&self) -> Vec<f64> {
         let (low, high) = (self.ends.start.min(self.ends.end), self.ends.start.max(self.ends.end));
         match &self.axis.scale {
-            Scale::Names(names) => (0..names.len()).map(|index| index as f64).collect(),
-            Scale::Log => decades(low, high),
-            Scale::Linear => round_steps(low, high, 0.0),
-            Scale::Whole => round_steps(low, high, 1.0),
+            Scale::Categories(names) => (0..names.len()).map(|index| index as f64).collect(),
+            Scale::Log => log_ticks(low, high),
+            Scale::Linear => linear_ticks(low, high, 0.0),
+            Scale::Integer => linear_ticks(low, high, 1.0),
         }
     }
 }
 
-impl Ranged for Ruler {
+impl Ranged for AxisCoordinate {
     type FormatOption = NoDefaultFormatting;
     type ValueType = f64;
 
@@ -39,7 +39,7 @@ impl Ranged for Ruler {
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _hint: Hint) -> Vec<f64> {
-        self.places()
+        self.tick_positions()
     }
 
     fn range(&self) -> Range<f64> {
@@ -47,21 +47,21 @@ impl Ranged for Ruler {
     }
 }
 
-impl ValueFormatter<f64> for Ruler {
+impl ValueFormatter<f64> for AxisCoordinate {
     fn format_ext(&self, place: &f64) -> String {
         match &self.axis.scale {
-            Scale::Names(names) => names.get(place.round() as usize).cloned().unwrap_or_default(),
-            Scale::Log => words::significant(10_f64.powf(*place), 1),
+            Scale::Categories(names) => names.get(place.round() as usize).cloned().unwrap_or_default(),
+            Scale::Log => format::significant(10_f64.powf(*place), 1),
             // Rounding errors of zero are shown as zero.
-            Scale::Linear | Scale::Whole => {
-                words::trimmed(format!("{:.6}", if place.abs() < 1e-9 { 0.0 } else { *place })).replace('-', "−")
+            Scale::Linear | Scale::Integer => {
+                format::trim_zeros(format!("{:.6}", if place.abs() < 1e-9 { 0.0 } else { *place })).replace('-', "−")
             }
         }
     }
 }
 
 /// At most ten multiples of a round step.
-fn round_steps(low: f64, high: f64, smallest: f64) -> Vec<f64> {
+fn linear_ticks(low: f64, high: f64, smallest: f64) -> Vec<f64> {
     let rough = (high - low) / 9.0;
     if !(rough.is_finite() && rough > 0.0) {
         return vec![low];
@@ -79,15 +79,15 @@ mod tests {
     use super::*;
 
     fn labels(axis: &Axis, low: f64, high: f64) -> Vec<String> {
-        let ruler = Ruler::new(axis, (low, high));
-        ruler.places().iter().map(|place| ruler.format_ext(place)).collect()
+        let ruler = AxisCoordinate::new(axis, (low, high));
+        ruler.tick_positions().iter().map(|place| ruler.format_ext(place)).collect()
     }
 
     #[test]
     fn ticks_are_at_round_numbers() {
         assert_eq!(labels(&Axis::linear("K"), 287.0, 1610.0), ["400", "600", "800", "1000", "1200", "1400", "1600"]);
         assert_eq!(labels(&Axis::linear(""), -0.2, 0.4), ["−0.2", "−0.1", "0", "0.1", "0.2", "0.3", "0.4"]);
-        assert_eq!(labels(&Axis::whole("Iteration"), -0.1, 4.1), ["0", "1", "2", "3", "4"]);
+        assert_eq!(labels(&Axis::integer("Iteration"), -0.1, 4.1), ["0", "1", "2", "3", "4"]);
     }
 
     #[test]
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn rows_of_a_matrix_run_downwards() {
-        let ruler = Ruler::new(&Axis::names("", vec!["a".to_owned(), "b".to_owned()]), (1.5, -0.5));
+        let ruler = AxisCoordinate::new(&Axis::categories("", vec!["a".to_owned(), "b".to_owned()]), (1.5, -0.5));
         assert!(ruler.map(&0.0, (400, 0)) < ruler.map(&1.0, (400, 0)));
         assert_eq!((ruler.map(&1.5, (400, 0)), ruler.map(&-0.5, (400, 0))), (400, 0));
     }

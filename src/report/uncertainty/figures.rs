@@ -1,25 +1,29 @@
 //! Prediction intervals and sensitivity indices over time.
 
 use crate::case::Case;
-use crate::report::figure::{Axis, Figure, Ink, Layer, Part, Stroke};
-use crate::report::figures::{STILL_K, file_name, line, nearest, temperature, thinned, time, window};
-use crate::report::words;
-use crate::study::nominal::Nominal;
-use crate::study::statistics::Likely;
+use crate::report::figure::{Axis, Figure, Ink, Layer, StackedArea, Stroke};
+use crate::report::figures::{
+    CONSTANT_K, data_window, file_name, line, nearest_index, temperature_axis, thinned, time_axis,
+};
+use crate::report::format;
+use crate::study::nominal::Prediction;
+use crate::study::statistics::ConfidenceInterval;
 use crate::study::uncertainty::Uncertainty;
 
-pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>) -> Vec<Figure> {
+pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Prediction>) -> Vec<Figure> {
     // A sensor of constant temperature has no spread.
-    let moves = |sensor: &usize| outcome.spreads[*sensor].deviation_k.iter().any(|deviation_k| *deviation_k > STILL_K);
+    let moves =
+        |sensor: &usize| outcome.spreads[*sensor].deviation_k.iter().any(|deviation_k| *deviation_k > CONSTANT_K);
     let sensors = (0..case.sensors.len()).filter(moves);
-    let mut figures: Vec<Figure> = sensors.clone().map(|sensor| spread(case, outcome, nominal, sensor)).collect();
-    figures.extend(sensors.clone().map(|sensor| shares(case, outcome, sensor)));
-    figures.extend(sensors.filter_map(|sensor| indices(case, outcome, sensor)));
-    figures.push(peaks(case, outcome));
+    let mut figures: Vec<Figure> =
+        sensors.clone().map(|sensor| temperature_bands(case, outcome, nominal, sensor)).collect();
+    figures.extend(sensors.clone().map(|sensor| variance_shares(case, outcome, sensor)));
+    figures.extend(sensors.filter_map(|sensor| total_indices(case, outcome, sensor)));
+    figures.push(peak_distribution(case, outcome));
     figures
 }
 
-fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor: usize) -> Figure {
+fn temperature_bands(case: &Case, outcome: &Uncertainty, nominal: Option<&Prediction>, sensor: usize) -> Figure {
     let name = &case.sensors[sensor].name;
     let times = &outcome.instants_s;
     let [low, quarter, median, three_quarters, high] = &outcome.spreads[sensor].percentiles_k;
@@ -31,10 +35,10 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
         low: thinned(low),
         high: thinned(high),
     };
-    let mut layers: Vec<Layer> = window(case, sensor, "data window").into_iter().collect();
+    let mut layers: Vec<Layer> = data_window(case, sensor, "data window").into_iter().collect();
     layers.push(band("95 % pointwise", 0.18, low, high));
     layers.push(band("50 % pointwise", 0.38, quarter, three_quarters));
-    let whole = &outcome.spreads[sensor].whole;
+    let whole = &outcome.spreads[sensor].simultaneous;
     layers.push(line("95 % simultaneous".to_owned(), Ink::Series(0), Stroke::Thin, times, &whole.low_k));
     layers.push(line(String::new(), Ink::Series(0), Stroke::Thin, times, &whole.high_k));
     layers.push(line("median".to_owned(), Ink::Series(0), Stroke::Solid, times, median));
@@ -45,76 +49,76 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
     let peak = &outcome.peaks[sensor];
     Figure {
         id: file_name("spread", name),
-        number: String::new(),
+        paper_reference: String::new(),
         title: format!("{name}: predicted temperature with 50 % and 95 % intervals"),
         caption: format!(
             "Bands: pointwise 50 % (dark) and 95 % (light) intervals of {}. Thin dashed lines: simultaneous 95 % band, \
              in which 95 % of the members stay at all instants. Of {} stored traces {} % stay in the pointwise 95 % \
              band at all instants, {} % in the simultaneous one. Peaks of the members: mean {}, 95 % interval {} to \
              {}.",
-            words::counted(outcome.ok, "member"),
-            words::count(whole.in_pointwise.of),
-            words::grouped(100.0 * whole.in_pointwise.share(), 1),
-            words::grouped(100.0 * whole.in_simultaneous.share(), 1),
-            words::kelvin(peak.mean_k),
-            words::kelvin(peak.percentiles_k[0]),
-            words::kelvin(peak.percentiles_k[4]),
+            format::counted(outcome.completed, "member"),
+            format::count(whole.in_pointwise.total),
+            format::grouped(100.0 * whole.in_pointwise.fraction(), 1),
+            format::grouped(100.0 * whole.in_simultaneous.fraction(), 1),
+            format::kelvin(peak.mean_k),
+            format::kelvin(peak.percentiles_k[0]),
+            format::kelvin(peak.percentiles_k[4]),
         ),
-        x: time(case),
-        y: temperature(),
+        x: time_axis(case),
+        y: temperature_axis(),
         layers,
     }
 }
 
-fn shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
+fn variance_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
     let name = &case.sensors[sensor].name;
-    let causes = &outcome.spreads[sensor].causes;
+    let causes = &outcome.spreads[sensor].indices;
     let percent = |factor: usize| causes.iter().map(|causes| 100.0 * causes.shares[factor]).collect::<Vec<f64>>();
-    let parts = case.factors.iter().enumerate().map(|(index, factor)| Part {
+    let parts = case.factors.iter().enumerate().map(|(index, factor)| StackedArea {
         name: factor.name.clone(),
         ink: Ink::Series(index),
         values: thinned(&percent(index)),
     });
     let peak = outcome.peaks[sensor].nominal;
-    let blame = nearest(&outcome.instants_s, peak.time_s).and_then(|instant| {
+    let blame = nearest_index(&outcome.instants_s, peak.time_s).and_then(|instant| {
         let shares = &causes[instant].shares;
         let most = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
         Some(format!(
             " At the nominal peak ({}) {} ({}) has the largest share, {}.",
-            words::seconds(peak.time_s),
+            format::seconds(peak.time_s),
             case.factors[most].name,
-            words::meaning(&case.factors[most]),
-            words::percent(shares[most]),
+            format::factor_meaning(&case.factors[most]),
+            format::percent(shares[most]),
         ))
     });
     Figure {
         id: file_name("shares", name),
-        number: String::new(),
+        paper_reference: String::new(),
         title: format!("Variance shares at {name}"),
         caption: format!(
             "Share of each factor in the variance at {name} over time.{} A share is the squared correlation of factor \
              and temperature, normalised so that all shares sum to one.",
             blame.unwrap_or_default(),
         ),
-        x: time(case),
-        y: Axis::linear("Share of the variance, %").within(0.0, 100.0),
-        layers: vec![Layer::Shares { x: thinned(&outcome.instants_s), parts: parts.collect() }],
+        x: time_axis(case),
+        y: Axis::linear("Share of the variance, %").with_range(0.0, 100.0),
+        layers: vec![Layer::StackedAreas { x: thinned(&outcome.instants_s), parts: parts.collect() }],
     }
 }
 
-/// Total Sobol indices over time with their intervals, of the factors that exceed 2 % at any time; `None` if too few
+/// Total Sobol indices over time with their intervals, of the factors that exceed 2 % at any time; `Scalar` if too few
 /// members completed.
-fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> {
+fn total_indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> {
     let name = &case.sensors[sensor].name;
     let spread = &outcome.spreads[sensor];
     // Where the variance is zero, indices are undefined.
     let most_k = spread.deviation_k.iter().copied().fold(0.0, f64::max);
     let from = spread.deviation_k.iter().position(|&deviation_k| deviation_k > 0.01 * most_k)?;
-    let (times, causes) = (&outcome.instants_s[from..], &spread.causes[from..]);
-    let curve = |factor: usize, of: fn(&Likely) -> f64| -> Vec<f64> {
+    let (times, causes) = (&outcome.instants_s[from..], &spread.indices[from..]);
+    let curve = |factor: usize, of: fn(&ConfidenceInterval) -> f64| -> Vec<f64> {
         causes.iter().map(|causes| 100.0 * of(&causes.total[factor])).collect()
     };
-    let mut layers: Vec<Layer> = window(case, sensor, "data window").into_iter().collect();
+    let mut layers: Vec<Layer> = data_window(case, sensor, "data window").into_iter().collect();
     let matters = |factor: &usize| curve(*factor, |index| index.value).into_iter().any(|percent| percent > 2.0);
     for factor in (0..case.factors.len()).filter(matters) {
         let stroke = if factor % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };
@@ -129,7 +133,7 @@ fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> 
         let values = curve(factor, |index| index.value);
         layers.push(line(case.factors[factor].name.clone(), Ink::Series(factor), stroke, times, &values));
     }
-    let rest = causes.iter().map(|causes| causes.rest).fold(0.0, f64::max);
+    let rest = causes.iter().map(|causes| causes.unexplained).fold(0.0, f64::max);
     let sum = if outcome.is_independent {
         "Their sum counts each pairwise interaction twice."
     } else {
@@ -138,22 +142,22 @@ fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> 
     let drawn = layers.iter().any(|layer| matches!(layer, Layer::Band { .. }));
     drawn.then(|| Figure {
         id: file_name("indices", name),
-        number: String::new(),
+        paper_reference: String::new(),
         title: format!("Total Sobol indices at {name}"),
         caption: format!(
             "Total Sobol indices over time with 95 % intervals, of factors that exceed 2 % at any time: expected share \
              of the variance that remains if all other factors become known. {sum} At most {} of the variance is \
              unexplained (beyond pairwise interactions).",
-            words::percent_of(rest),
+            format::percent_near_limits(rest),
         ),
-        x: time(case),
+        x: time_axis(case),
         y: Axis::linear("Total Sobol index, %"),
         layers,
     })
 }
 
 /// Peaks less the nominal peak of each sensor, as spreads are small compared with the differences between sensors.
-fn peaks(case: &Case, outcome: &Uncertainty) -> Figure {
+fn peak_distribution(case: &Case, outcome: &Uncertainty) -> Figure {
     let less_nominal = outcome
         .peaks
         .iter()
@@ -162,16 +166,16 @@ fn peaks(case: &Case, outcome: &Uncertainty) -> Figure {
     let sensors = case.sensors.len() as f64;
     Figure {
         id: "peaks".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Distribution of the peak temperatures".to_owned(),
         caption: "Peaks of the members less the nominal peak of each sensor: 50 % (thick bar), 95 % (thin bar) and \
                   median (light mark)."
             .to_owned(),
-        x: Axis::names("", case.sensors.iter().map(|sensor| sensor.name.clone()).collect()),
+        x: Axis::categories("", case.sensors.iter().map(|sensor| sensor.name.clone()).collect()),
         y: Axis::linear("Peak less nominal peak, K"),
         layers: vec![
             line(String::new(), Ink::Guide, Stroke::Dashed, &[-0.5, sensors - 0.5], &[0.0, 0.0]),
-            Layer::Whiskers { name: String::new(), ink: Ink::Series(0), percentiles: less_nominal },
+            Layer::BoxPlot { name: String::new(), ink: Ink::Series(0), percentiles: less_nominal },
         ],
     }
 }

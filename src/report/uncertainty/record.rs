@@ -1,49 +1,52 @@
 //! Keys of a Monte Carlo sweep in `summary.json`.
 
 use crate::case::Case;
-use crate::report::files::json::Named;
+use crate::report::files::json::OrderedMap;
 use crate::study::proportion::Proportion;
-use crate::study::statistics::{Causes, Likely};
+use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
 use crate::study::uncertainty::Uncertainty;
 use serde::Serialize;
 
 /// Indices of a sensor's peak temperature and of the time of its peak.
 #[derive(Serialize)]
-pub(super) struct Due<'a> {
-    peak: CausesRecord<'a>,
-    peak_time: CausesRecord<'a>,
+pub(super) struct PeakIndices<'a> {
+    peak: IndicesRecord<'a>,
+    peak_time: IndicesRecord<'a>,
 }
 
 #[derive(Serialize)]
-struct CausesRecord<'a> {
-    factors: Named<'a, CauseRecord>,
+struct IndicesRecord<'a> {
+    factors: OrderedMap<'a, FactorIndices>,
     /// Share of the variance beyond pairwise interactions.
     unexplained: f64,
 }
 
 /// Each with its 95 % interval.
 #[derive(Serialize)]
-struct CauseRecord {
-    correlation: Likely,
-    rank_correlation: Likely,
-    partial_rank_correlation: Likely,
+struct FactorIndices {
+    correlation: ConfidenceInterval,
+    rank_correlation: ConfidenceInterval,
+    partial_rank_correlation: ConfidenceInterval,
     /// First-order Sobol index.
-    first_order: Likely,
+    first_order: ConfidenceInterval,
     /// Total Sobol index.
-    total: Likely,
+    total: ConfidenceInterval,
 }
 
 /// Sensor → sensitivity indices.
-pub(super) fn causes<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, Due<'a>> {
+pub(super) fn sensitivity_indices<'a>(case: &'a Case, outcome: &Uncertainty) -> OrderedMap<'a, PeakIndices<'a>> {
     let of = |index: usize| {
         let peak = &outcome.peaks[index];
-        Due { peak: record(case, &peak.causes), peak_time: record(case, &peak.causes_of_time) }
+        PeakIndices {
+            peak: indices_record(case, &peak.temperature_indices),
+            peak_time: indices_record(case, &peak.time_indices),
+        }
     };
-    Named(case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
+    OrderedMap(case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
 }
 
-fn record<'a>(case: &'a Case, causes: &Causes) -> CausesRecord<'a> {
-    let each = |factor: usize| CauseRecord {
+fn indices_record<'a>(case: &'a Case, causes: &SensitivityIndices) -> IndicesRecord<'a> {
+    let each = |factor: usize| FactorIndices {
         correlation: causes.correlations[factor],
         rank_correlation: causes.rank_correlations[factor],
         partial_rank_correlation: causes.partial_rank_correlations[factor],
@@ -51,22 +54,22 @@ fn record<'a>(case: &'a Case, causes: &Causes) -> CausesRecord<'a> {
         total: causes.total[factor],
     };
     let named = case.factors.iter().enumerate().map(|(index, factor)| (factor.name.as_str(), each(index)));
-    CausesRecord { factors: Named(named.collect()), unexplained: causes.rest }
+    IndicesRecord { factors: OrderedMap(named.collect()), unexplained: causes.unexplained }
 }
 
 /// Sensor → factor → variance share at the sensor's nominal peak.
-pub(super) fn shares<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, Named<'a, f64>> {
+pub(super) fn variance_shares<'a>(case: &'a Case, outcome: &Uncertainty) -> OrderedMap<'a, OrderedMap<'a, f64>> {
     let of = |sensor: usize| {
-        let ranked = super::ranked(case, outcome, sensor);
+        let ranked = super::ranked_shares(case, outcome, sensor);
         let named = ranked.into_iter().flatten();
-        Named(named.map(|(factor, share)| (case.factors[factor].name.as_str(), share)).collect())
+        OrderedMap(named.map(|(factor, share)| (case.factors[factor].name.as_str(), share)).collect())
     };
-    Named(case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
+    OrderedMap(case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
 }
 
 /// Coverage of the pointwise and the simultaneous 95 % band of a sensor.
 #[derive(Serialize)]
-pub(super) struct WholeRecord {
+pub(super) struct BandRecord {
     /// Stored traces from which the coverages are counted.
     traces: usize,
     /// Share of traces that stay between the percentiles 2.5 and 97.5 at all instants.
@@ -78,16 +81,16 @@ pub(super) struct WholeRecord {
 }
 
 /// Sensor → coverage of its bands.
-pub(super) fn whole_traces<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, WholeRecord> {
+pub(super) fn simultaneous_bands<'a>(case: &'a Case, outcome: &Uncertainty) -> OrderedMap<'a, BandRecord> {
     let named = case.sensors.iter().zip(&outcome.spreads).map(|(sensor, spread)| {
-        let Proportion { of, .. } = spread.whole.in_pointwise;
-        let record = WholeRecord {
+        let Proportion { total: of, .. } = spread.simultaneous.in_pointwise;
+        let record = BandRecord {
             traces: of,
-            pointwise_coverage: spread.whole.in_pointwise.share(),
-            simultaneous_coverage: spread.whole.in_simultaneous.share(),
-            envelope_scale: spread.whole.stretch,
+            pointwise_coverage: spread.simultaneous.in_pointwise.fraction(),
+            simultaneous_coverage: spread.simultaneous.in_simultaneous.fraction(),
+            envelope_scale: spread.simultaneous.envelope_ratio,
         };
         (sensor.name.as_str(), record)
     });
-    Named(named.collect())
+    OrderedMap(named.collect())
 }

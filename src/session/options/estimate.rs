@@ -1,11 +1,11 @@
 //! Options of an estimate.
 
-use super::{ObservationSelection, selected};
+use super::{ObservationSelection, with_selection};
 use crate::case::{Bounds, Case, LossFunction};
-use crate::fit::Rules;
+use crate::fit::DampingStrategy;
 use crate::march::Precision;
 use crate::session::error::{InputError, SessionError};
-use crate::study::estimate::Search;
+use crate::study::estimate::SearchOptions;
 use crate::study::posterior::Walkers;
 
 /// The start value of one factor.
@@ -13,13 +13,13 @@ use crate::study::posterior::Walkers;
 pub struct Start {
     /// Its name.
     pub factor: String,
-    /// The id of the case whose factor it is; `None`: every case that estimates it.
+    /// The id of the case whose factor it is; `Scalar`: every case that estimates it.
     pub case: Option<String>,
     /// Its start value.
     pub value: f64,
 }
 
-/// The factors to estimate, and the minimisation. What is empty or `None` is taken from the case.
+/// The factors to estimate, and the minimisation. What is empty or `Scalar` is taken from the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitOptions {
     /// Names of the factors to estimate.
@@ -28,10 +28,10 @@ pub struct FitOptions {
     pub start: Vec<Start>,
     /// Loss function of the residuals.
     pub loss: Option<LossFunction>,
-    /// Bounds at which a Gaussian prior has two standard deviations; `Some(None)` is no prior.
+    /// Bounds at which a Gaussian prior has two standard deviations; `Some(Scalar)` is no prior.
     pub prior: Option<Option<Bounds>>,
     /// Step control of the minimisation.
-    pub rules: Rules,
+    pub damping_strategy: DampingStrategy,
     /// Number of minimisations (multi-start): the first from the start of the case, the others from random points
     /// between the bounds.
     pub starts: usize,
@@ -48,7 +48,7 @@ impl Default for FitOptions {
             start: Vec::new(),
             loss: None,
             prior: None,
-            rules: Rules::Radius,
+            damping_strategy: DampingStrategy::TrustRegion,
             starts: 1,
             profiles: Vec::new(),
             max_iterations: 50,
@@ -57,10 +57,14 @@ impl Default for FitOptions {
 }
 
 impl FitOptions {
-    pub(in crate::session) fn search(&self, precision: Precision) -> Search {
-        let mut search = Search { starts: self.starts, profiles: self.profiles.clone(), ..Search::of(precision) };
-        search.options.patience = self.max_iterations;
-        search.options.rules = self.rules;
+    pub(in crate::session) fn search(&self, precision: Precision) -> SearchOptions {
+        let mut search = SearchOptions {
+            starts: self.starts,
+            profiles: self.profiles.clone(),
+            ..SearchOptions::for_precision(precision)
+        };
+        search.options.max_iterations = self.max_iterations;
+        search.options.damping_strategy = self.damping_strategy;
         search
     }
 }
@@ -69,14 +73,14 @@ impl FitOptions {
 #[derive(Clone, Debug, Default)]
 pub struct EstimateOptions {
     /// Further cases to fit at once; they share factors by name.
-    pub others: Vec<Case>,
+    pub other_cases: Vec<Case>,
     /// A case that is fitted to the same observations separately, for comparison.
-    pub beside: Option<Case>,
+    pub comparison_case: Option<Case>,
     /// The observations to fit.
     pub observations: ObservationSelection,
     /// The factors to estimate, and the minimisation.
     pub fit: FitOptions,
-    /// Options of the MCMC sampling of the posterior; `None`: no posterior.
+    /// Options of the MCMC sampling of the posterior; `Scalar`: no posterior.
     pub posterior: Option<Walkers>,
 }
 
@@ -99,11 +103,11 @@ impl EstimateOptions {
     pub(in crate::session) fn prepared(&self, case: &Case) -> Result<PreparedCases, SessionError> {
         check_posterior(self.posterior.as_ref())?;
         let apply = |cases| self.fit.apply(self.observations.apply(cases)?);
-        let comparison = self.beside.as_ref().map(|other| selected(other, apply)).transpose()?;
+        let comparison = self.comparison_case.as_ref().map(|other| with_selection(other, apply)).transpose()?;
         let mut cases = vec![case.clone()];
-        for other in &self.others {
+        for other in &self.other_cases {
             if cases.iter().any(|known| known.id == other.id) {
-                return Err(InputError::plain(format!("two cases have the id {:?}", other.id)).into());
+                return Err(InputError::general(format!("two cases have the id {:?}", other.id)).into());
             }
             cases.push(other.clone());
         }
@@ -117,17 +121,17 @@ pub(super) fn check_posterior(posterior: Option<&Walkers>) -> Result<(), Session
     // All positions of all walkers are stored: 0.8 GB per factor.
     const MAX_POSITIONS: usize = 100_000_000;
     const MIN_ITERATIONS: usize = 10;
-    let Some(&Walkers { number, moves: iterations, .. }) = posterior else { return Ok(()) };
+    let Some(&Walkers { number, iterations, .. }) = posterior else { return Ok(()) };
     if iterations < MIN_ITERATIONS {
         let message = format!(" {iterations}: expected at least {MIN_ITERATIONS}");
-        return Err(InputError::of("iterations", message).into());
+        return Err(InputError::for_option("iterations", message).into());
     }
     if number.checked_mul(iterations).is_none_or(|positions| positions > MAX_POSITIONS) {
         let message = format!(
             " {number} with {iterations} iterations each: expected at most {MAX_POSITIONS} positions in all (walkers \
              times iterations)"
         );
-        return Err(InputError::of("walkers", message).into());
+        return Err(InputError::for_option("walkers", message).into());
     }
     Ok(())
 }

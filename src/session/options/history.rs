@@ -1,17 +1,17 @@
 //! Options of inverse heat conduction.
 
-use super::{ObservationSelection, selected};
+use super::{ObservationSelection, with_selection};
 use crate::case::Case;
 use crate::session::error::{InputError, SessionError};
-use crate::study::history::{Smoothing, Sought, Wanted};
+use crate::study::flux_inversion::{HeatingQuantity, InversionOptions, Smoothing};
 
 /// The heating of the hot face over time, from observations (inverse heat conduction).
 #[derive(Clone, Debug, PartialEq)]
 pub struct HistoryOptions {
     /// The observations to use. Bounds are refused, as no factor is estimated.
     pub observations: ObservationSelection,
-    /// The quantity to estimate; `None`: the only one that the case has.
-    pub sought: Option<Sought>,
+    /// The quantity to estimate; `Scalar`: the only one that the case has.
+    pub quantity: Option<HeatingQuantity>,
     /// Number of knots, in addition to the corners of the case's own schedule.
     pub knots: usize,
     /// Choice of the regularisation weight.
@@ -21,7 +21,7 @@ pub struct HistoryOptions {
 impl Default for HistoryOptions {
     fn default() -> Self {
         let observations = ObservationSelection::default();
-        Self { observations, sought: None, knots: 20, smoothing: Smoothing::Discrepancy }
+        Self { observations, quantity: None, knots: 20, smoothing: Smoothing::Discrepancy }
     }
 }
 
@@ -37,18 +37,18 @@ impl HistoryOptions {
     pub(in crate::session) fn prepared(&self, case: &Case) -> Result<Case, SessionError> {
         if self.observations.bounds.is_some() {
             let message = ": a history estimates no factor, and its only bound is zero";
-            return Err(InputError::of("bounds", message).into());
+            return Err(InputError::for_option("bounds", message).into());
         }
         if let Smoothing::Stated(weight) = self.smoothing
             && !(weight.is_finite() && weight >= 0.0)
         {
             let message = format!(" {weight}: expected a weight of 0 or more");
-            return Err(InputError::of("smoothing", message).into());
+            return Err(InputError::for_option("smoothing", message).into());
         }
-        selected(case, |cases| self.observations.apply(cases))
+        with_selection(case, |cases| self.observations.apply(cases))
     }
 
-    pub(in crate::session) fn request(&self) -> Wanted {
-        Wanted { sought: self.sought, knots: self.knots, smoothing: self.smoothing }
+    pub(in crate::session) fn request(&self) -> InversionOptions {
+        InversionOptions { quantity: self.quantity, knots: self.knots, smoothing: self.smoothing }
     }
 }

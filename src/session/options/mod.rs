@@ -19,8 +19,8 @@ pub use uncertainty::UncertaintyOptions;
 use super::error::{InputError, SessionError};
 use crate::case::{Bounds, Case};
 use crate::march::Precision;
-use crate::march::choose::{Choice, Kind};
-use crate::march::monitored::{CancelToken, Monitor, Progress, ProgressCallback};
+use crate::march::backend_selection::{BackendKind, BackendOptions};
+use crate::march::monitor::{CancelToken, Monitor, Progress, ProgressCallback};
 
 /// Options of a session: backend, accuracy, threads, progress and cancellation.
 #[derive(Clone, Debug, Default)]
@@ -28,14 +28,14 @@ use crate::march::monitored::{CancelToken, Monitor, Progress, ProgressCallback};
 pub struct Options {
     /// The default chooses a hardware GPU if there is one and the run is long enough to pay for opening it, otherwise
     /// the CPU.
-    pub backend: Kind,
-    /// `None`: f64 on the CPU, f32 on a GPU.
+    pub backend: BackendKind,
+    /// `Scalar`: f64 on the CPU, f32 on a GPU.
     pub precision: Option<Precision>,
     /// Part of the name of a Vulkan device.
     pub device: Option<String>,
-    /// Discretisation error for which cells and time steps are chosen, K; `None`: that of the case.
+    /// Discretisation error for which cells and time steps are chosen, K; `Scalar`: that of the case.
     pub tolerance_k: Option<f64>,
-    /// Threads of the session's own pool; `None`: the pool of the caller.
+    /// Threads of the session's own pool; `Scalar`: the pool of the caller.
     pub threads: Option<usize>,
     /// Called after every batch of members.
     pub progress: Option<ProgressCallback>,
@@ -46,7 +46,7 @@ pub struct Options {
 impl Options {
     /// The backend: the CPU, a GPU, or the faster of the two.
     #[must_use]
-    pub fn backend(mut self, backend: Kind) -> Self {
+    pub fn backend(mut self, backend: BackendKind) -> Self {
         self.backend = backend;
         self
     }
@@ -94,16 +94,16 @@ impl Options {
     }
 
     pub(super) fn check(&self) -> Result<(), SessionError> {
-        if let (Kind::Cpu, Some(device)) = (self.backend, &self.device) {
+        if let (BackendKind::Cpu, Some(device)) = (self.backend, &self.device) {
             let message = format!(" {device:?}: the backend is the CPU; expected no device, or another backend");
-            return Err(InputError::of("device", message).into());
+            return Err(InputError::for_option("device", message).into());
         }
         if let Some(tolerance_k) = self.tolerance_k.filter(|tolerance_k| !is_positive(*tolerance_k)) {
             let message = format!(" {tolerance_k}: expected a temperature difference above 0 K");
-            return Err(InputError::of("tolerance_k", message).into());
+            return Err(InputError::for_option("tolerance_k", message).into());
         }
         if self.threads == Some(0) {
-            return Err(InputError::of("threads", " 0: expected at least 1").into());
+            return Err(InputError::for_option("threads", " 0: expected at least 1").into());
         }
         Ok(())
     }
@@ -112,12 +112,12 @@ impl Options {
         Monitor::new(self.progress.clone(), self.cancel.clone())
     }
 
-    pub(super) fn choice(&self) -> Choice {
-        Choice { kind: self.backend, precision: self.precision, device: self.device.clone() }
+    pub(super) fn choice(&self) -> BackendOptions {
+        BackendOptions { kind: self.backend, precision: self.precision, device: self.device.clone() }
     }
 }
 
-/// The observations to use. What is empty or `None` is taken from the case.
+/// The observations to use. What is empty or `Scalar` is taken from the case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObservationSelection {
     /// Names of sensors.
@@ -133,6 +133,9 @@ fn is_positive(value: f64) -> bool {
 }
 
 /// One case, with options in place of its own.
-fn selected(case: &Case, apply: impl Fn(Vec<Case>) -> Result<Vec<Case>, SessionError>) -> Result<Case, SessionError> {
+fn with_selection(
+    case: &Case,
+    apply: impl Fn(Vec<Case>) -> Result<Vec<Case>, SessionError>,
+) -> Result<Case, SessionError> {
     Ok(apply(vec![case.clone()])?.remove(0))
 }

@@ -1,6 +1,6 @@
 //! Options of sensitivities.
 
-use super::{ObservationSelection, selected};
+use super::{ObservationSelection, with_selection};
 use crate::case::Case;
 use crate::march::Precision;
 use crate::session::error::{InputError, SessionError};
@@ -12,7 +12,7 @@ pub enum Derivatives {
     /// Exact, by forward-mode differentiation of the march; central differences on a backend without it.
     #[default]
     Exact,
-    /// Central differences with this relative step; `None`: 1e-5 in f64 and 1e-3 in f32.
+    /// Central differences with this relative step; `Scalar`: 1e-5 in f64 and 1e-3 in f32.
     Difference(Option<f64>),
 }
 
@@ -37,18 +37,18 @@ impl SensitivityOptions {
     /// The case with these options in place of its own.
     pub(in crate::session) fn prepared(&self, case: &Case) -> Result<Case, SessionError> {
         if case.factors.is_empty() {
-            return Err(InputError::plain("the case has no factors to differentiate by").into());
+            return Err(InputError::general("the case has no factors to differentiate by").into());
         }
         if let Derivatives::Difference(Some(step)) = self.derivatives
             && !(1e-9..=0.2).contains(&step)
         {
             let message = format!(" {step}: expected a relative step from 1e-9 to 0.2");
-            return Err(InputError::of("step", message).into());
+            return Err(InputError::for_option("step", message).into());
         }
-        selected(case, |cases| self.observations.apply(cases))
+        with_selection(case, |cases| self.observations.apply(cases))
     }
 
-    /// The relative step of central differences; `None` for exact derivatives.
+    /// The relative step of central differences; `Scalar` for exact derivatives.
     pub(in crate::session) fn step(&self, precision: Precision) -> Option<f64> {
         match self.derivatives {
             Derivatives::Exact => None,

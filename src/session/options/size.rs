@@ -2,9 +2,9 @@
 
 use super::{UncertaintyOptions, is_positive};
 use crate::case::Case;
-use crate::session::error::{InputError, SessionError, find};
-use crate::study::proportion::fewest_draws;
-use crate::study::size::Demand;
+use crate::session::error::{InputError, SessionError, index_of};
+use crate::study::proportion::min_draws_for_upper_bound;
+use crate::study::size::SizingRequirement;
 
 /// The thickness of a ply that keeps a sensor below a temperature limit.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +17,8 @@ pub struct SizeOptions {
     pub limit_k: f64,
     /// The required probability that a member stays below the limit.
     pub probability: f64,
-    /// The smallest and the largest thickness, m; `None`: 1/4 to 4 times the thickness in the case.
-    pub within_m: Option<(f64, f64)>,
+    /// The smallest and the largest thickness, m; `Scalar`: 1/4 to 4 times the thickness in the case.
+    pub thickness_range_m: Option<(f64, f64)>,
     /// The Monte Carlo sweep.
     pub sweep: UncertaintyOptions,
 }
@@ -31,7 +31,7 @@ impl SizeOptions {
             sensor: sensor.into(),
             limit_k,
             probability: 0.99,
-            within_m: None,
+            thickness_range_m: None,
             sweep: UncertaintyOptions::default(),
         }
     }
@@ -44,25 +44,29 @@ impl SizeOptions {
         self.requirement(case).map(|_| ())
     }
 
-    pub(in crate::session) fn requirement(&self, case: &Case) -> Result<Demand, SessionError> {
-        let Self { limit_k, probability, within_m, sweep: UncertaintyOptions { members, .. }, .. } = *self;
+    pub(in crate::session) fn requirement(&self, case: &Case) -> Result<SizingRequirement, SessionError> {
+        let Self {
+            limit_k, probability, thickness_range_m: within_m, sweep: UncertaintyOptions { members, .. }, ..
+        } = *self;
         let names = case.sensors.iter().map(|sensor| sensor.name.as_str());
-        let sensor = find(names, &self.sensor, "sensor", "sensor")?;
+        let sensor = index_of(names, &self.sensor, "sensor", "sensor")?;
         if !is_positive(limit_k) {
-            return Err(InputError::of("limit_k", format!(" {limit_k}: expected a temperature above 0 K")).into());
+            return Err(
+                InputError::for_option("limit_k", format!(" {limit_k}: expected a temperature above 0 K")).into()
+            );
         }
         if !(probability > 0.0 && probability < 1.0) {
             let message = format!(" {probability}: expected a probability between 0 and 1, such as 0.99");
-            return Err(InputError::of("probability", message).into());
+            return Err(InputError::for_option("probability", message).into());
         }
         if let Some((low_m, high_m)) = within_m.filter(|&(low_m, high_m)| !(low_m > 0.0 && low_m < high_m)) {
             let message =
                 format!(" {:.3} mm to {:.3} mm: expected 0 < smallest < largest thickness", 1e3 * low_m, 1e3 * high_m);
-            return Err(InputError::of("thickness_range_m", message).into());
+            return Err(InputError::for_option("thickness_range_m", message).into());
         }
-        let fewest = fewest_draws(probability).max(2);
+        let fewest = min_draws_for_upper_bound(probability).max(2);
         if members < fewest {
-            return Err(InputError::of(
+            return Err(InputError::for_option(
                 "members",
                 format!(
                     " {members}: a probability of {probability} needs at least {fewest} members; with fewer, the \
@@ -71,6 +75,6 @@ impl SizeOptions {
             )
             .into());
         }
-        Ok(Demand { ply: self.ply.clone(), sensor, limit_k, probability, within_m })
+        Ok(SizingRequirement { ply: self.ply.clone(), sensor, limit_k, probability, thickness_range_m: within_m })
     }
 }

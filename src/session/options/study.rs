@@ -1,7 +1,7 @@
 //! Options of all studies in one report.
 
 use super::estimate::check_posterior;
-use super::{FitOptions, ObservationSelection, UncertaintyOptions, selected};
+use super::{FitOptions, ObservationSelection, UncertaintyOptions, with_selection};
 use crate::case::Case;
 use crate::session::error::SessionError;
 use crate::study::estimate::no_factors;
@@ -16,7 +16,7 @@ pub struct StudyOptions {
     pub observations: ObservationSelection,
     /// The factors to estimate, and the minimisation.
     pub fit: FitOptions,
-    /// Options of the MCMC sampling of the posterior; `None`: no posterior.
+    /// Options of the MCMC sampling of the posterior; `Scalar`: no posterior.
     pub posterior: Option<Walkers>,
 }
 
@@ -32,7 +32,7 @@ impl StudyOptions {
     pub(in crate::session) fn prepared(&self, case: &Case) -> Result<(Case, Option<String>), SessionError> {
         check_posterior(self.posterior.as_ref())?;
         self.sweep.check(case)?;
-        let case = selected(case, |cases| self.fit.apply(self.observations.apply(cases)?))?;
+        let case = with_selection(case, |cases| self.fit.apply(self.observations.apply(cases)?))?;
         let not_estimated = if case.observations.is_empty() {
             Some("the case has no observations".to_owned())
         } else {

@@ -1,8 +1,8 @@
 //! Options of synthetic data and of coverage studies.
 
-use super::{FitOptions, ObservationSelection, is_positive, selected};
+use super::{FitOptions, ObservationSelection, is_positive, with_selection};
 use crate::case::Case;
-use crate::session::error::{InputError, SessionError, find};
+use crate::session::error::{InputError, SessionError, index_of};
 use crate::study::twin::Noise;
 
 /// One synthetic data set.
@@ -38,9 +38,11 @@ impl TwinOptions {
         check_noise(self.noise_k, self.correlation_s)?;
         let mut values: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
         for (name, value) in &self.truth {
-            let factor = find(case.factors.iter().map(|factor| factor.name.as_str()), name, "truth", "factor")?;
+            let factor = index_of(case.factors.iter().map(|factor| factor.name.as_str()), name, "truth", "factor")?;
             if !is_positive(*value) {
-                return Err(InputError::of("truth", format!(" {name}={value}: expected a number above zero")).into());
+                return Err(
+                    InputError::for_option("truth", format!(" {name}={value}: expected a number above zero")).into()
+                );
             }
             values[factor] = *value;
         }
@@ -56,12 +58,12 @@ impl TwinOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwinStudyOptions {
     /// Number of data sets, at least two.
-    pub twins: usize,
+    pub data_sets: usize,
     /// The observations whose times the data sets have.
     pub observations: ObservationSelection,
     /// The factors to estimate, and the minimisation.
     pub fit: FitOptions,
-    /// Standard deviation of the noise, K; `None`: that of the observations.
+    /// Standard deviation of the noise, K; `Scalar`: that of the observations.
     pub noise_k: Option<f64>,
     /// Correlation time of the noise, s.
     pub correlation_s: f64,
@@ -73,7 +75,7 @@ impl TwinStudyOptions {
     /// Data sets with white noise of the observations' standard deviations.
     pub fn new(twins: usize) -> Self {
         Self {
-            twins,
+            data_sets: twins,
             observations: ObservationSelection::default(),
             fit: FitOptions::default(),
             noise_k: None,
@@ -91,16 +93,16 @@ impl TwinStudyOptions {
     }
 
     pub(in crate::session) fn prepared(&self, case: &Case) -> Result<Case, SessionError> {
-        if self.twins < 2 {
-            let message = format!(" {}: expected at least 2 data sets", self.twins);
-            return Err(InputError::of("data_sets", message).into());
+        if self.data_sets < 2 {
+            let message = format!(" {}: expected at least 2 data sets", self.data_sets);
+            return Err(InputError::for_option("data_sets", message).into());
         }
         if !self.fit.profiles.is_empty() {
             let message = ": a coverage study counts the linear intervals of the estimates, not profiles";
-            return Err(InputError::of("profiles", message).into());
+            return Err(InputError::for_option("profiles", message).into());
         }
         check_noise(self.noise_k.unwrap_or(0.0), self.correlation_s)?;
-        selected(case, |cases| self.fit.apply(self.observations.apply(cases)?))
+        with_selection(case, |cases| self.fit.apply(self.observations.apply(cases)?))
     }
 
     pub(in crate::session) fn noise(&self) -> Noise {
@@ -111,7 +113,9 @@ impl TwinStudyOptions {
 fn check_noise(noise_k: f64, correlation_s: f64) -> Result<(), SessionError> {
     for (option, value, unit) in [("noise_k", noise_k, "K"), ("correlation_s", correlation_s, "s")] {
         if !(value.is_finite() && value >= 0.0) {
-            return Err(InputError::of(option, format!(" {value} {unit}: expected no less than 0 {unit}")).into());
+            return Err(
+                InputError::for_option(option, format!(" {value} {unit}: expected no less than 0 {unit}")).into()
+            );
         }
     }
     Ok(())

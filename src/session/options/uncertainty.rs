@@ -36,11 +36,11 @@ impl UncertaintyOptions {
     /// As [`Session::uncertainty`](crate::Session::uncertainty) for its input.
     pub fn check(&self, case: &Case) -> Result<(), SessionError> {
         if case.factors.is_empty() {
-            return Err(InputError::plain("the case has no factors to vary").into());
+            return Err(InputError::general("the case has no factors to vary").into());
         }
         if self.members < 2 {
             let message = format!(" {}: expected at least 2 members for a standard deviation", self.members);
-            return Err(InputError::of("members", message).into());
+            return Err(InputError::for_option("members", message).into());
         }
         Ok(())
     }

@@ -40,7 +40,8 @@ impl Combination {
                 let mut gradient = DVector::zeros(values.len());
                 gradient[first] = 1.0 / one;
                 gradient[second] = if is_ratio { -1.0 / other } else { 1.0 / other };
-                let is_known = [first, second].iter().all(|&place| found.certainty.standard_errors[place].is_finite());
+                let is_known =
+                    [first, second].iter().all(|&place| found.covariance_summary.standard_errors[place].is_finite());
                 let error = if is_known { found.half_width(&gradient) / NORMAL_95 } else { f64::NAN };
                 Self {
                     pair: (first, second),
@@ -62,7 +63,7 @@ mod tests {
 
     const VALUES: [f64; 2] = [0.5, 2.0];
 
-    /// Residuals in the logarithms of two variables; the data determine their sum or difference `ratio` times better
+    /// Residuals in the logarithms of two variables; the data determine their sum or difference `ratio_or_zero` times better
     /// than the other. White noise of a hundredth of the sum.
     fn judged(sign: f64, ratio: f64) -> (Vec<Vec<f64>>, LinearizedPosterior) {
         let row = |together: f64, apart: f64| [together + apart, sign * (together - apart)];
@@ -71,7 +72,8 @@ mod tests {
         let signs = DVector::from_fn(400, |i, _| [1.0, 1.0, -1.0, -1.0][i % 4] * [1.0, -1.0, 1.0][i % 3]);
         let noise = NoiseProcess::estimate(&signs, &rows, &[(0..400).map(f64::from).collect()]);
         let found = LinearizedPosterior::new(&rows, &[], 1.0, &noise, &DVector::zeros(400));
-        let correlation = found.certainty.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let correlation =
+            found.covariance_summary.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
         (correlation, found)
     }
 

@@ -12,7 +12,7 @@ pub enum EstimateError {
     NoFactors(String),
     /// A case of a joint estimate shares no factor with the others.
     #[error("no factor to estimate in {0:?}: it shares no estimated factor with the other cases")]
-    NothingShared(String),
+    NoSharedFactor(String),
     /// The selected sensors have no samples in their windows.
     #[error(
         "no data to estimate from: the selected sensors of {case:?} have no samples between {from_s} s and {to_s} s"
@@ -30,7 +30,7 @@ pub enum EstimateError {
         "factor {factor:?}: the bounds of the cases do not overlap; the highest lower bound is {low}, the lowest upper \
          bound {high}"
     )]
-    NoRoom {
+    DisjointBounds {
         /// The factor.
         factor: String,
         /// The highest lower bound.
@@ -40,7 +40,7 @@ pub enum EstimateError {
     },
     /// A profile is requested for a factor that is not estimated.
     #[error("no profile of {name:?}: it is not estimated; the estimated factors are {known}")]
-    NoProfile {
+    ProfileNotEstimated {
         /// The requested name.
         name: String,
         /// The names of the estimated factors.
@@ -48,7 +48,7 @@ pub enum EstimateError {
     },
     /// The cases of a joint estimate have different losses or priors.
     #[error("{case:?} has another loss or prior than {first:?}; give --loss and --prior for all")]
-    OtherObjective {
+    ObjectivesDiffer {
         /// The first of the two.
         first: String,
         /// The case.

@@ -11,8 +11,8 @@ pub struct Estimand {
     /// The factor as the first case defines it. Its name ends in `@` and the case id where other cases define a
     /// different factor of that name.
     pub factor: Factor,
-    /// Its index among the factors of each case; `None` where the case lacks it.
-    pub places: Vec<Option<usize>>,
+    /// Its index among the factors of each case; `Scalar` where the case lacks it.
+    pub factor_indices: Vec<Option<usize>>,
     /// Intersection of the side constraints of all its cases.
     pub bounds: (f64, f64),
     /// Start of the first minimisation.
@@ -26,19 +26,24 @@ pub(super) fn estimands(cases: &[&Case]) -> Result<Vec<Estimand>, EstimateError>
     let mut found: Vec<Estimand> = Vec::new();
     for (which, case) in cases.iter().enumerate() {
         for (chosen, &place) in case.estimate.factors.iter().enumerate() {
-            if found.iter().any(|estimand| estimand.places[which] == Some(place)) {
+            if found.iter().any(|estimand| estimand.factor_indices[which] == Some(place)) {
                 continue;
             }
             let factor = &case.factors[place];
-            let places: Vec<Option<usize>> = cases.iter().map(|other| alike(case, factor, other)).collect();
+            let places: Vec<Option<usize>> = cases.iter().map(|other| matching_factor(case, factor, other)).collect();
             let start = case.estimate.start.get(chosen).copied().unwrap_or(factor.nominal);
             let bounds = bounds(cases, &places, factor)?;
-            found.push(Estimand { factor: factor.clone(), places, bounds, start: start.max(bounds.0).min(bounds.1) });
+            found.push(Estimand {
+                factor: factor.clone(),
+                factor_indices: places,
+                bounds,
+                start: start.max(bounds.0).min(bounds.1),
+            });
         }
     }
     let names: Vec<String> = found.iter().map(|estimand| estimand.factor.name.clone()).collect();
     for estimand in &mut found {
-        let home = estimand.places.iter().position(Option::is_some);
+        let home = estimand.factor_indices.iter().position(Option::is_some);
         if let Some(home) = home.filter(|_| names.iter().filter(|name| **name == estimand.factor.name).count() > 1) {
             estimand.factor.name += &format!("@{}", cases[home].id);
         }
@@ -47,16 +52,16 @@ pub(super) fn estimands(cases: &[&Case]) -> Result<Vec<Estimand>, EstimateError>
 }
 
 /// Index of the factor in another case with the same name, property and materials.
-fn alike(case: &Case, factor: &Factor, other: &Case) -> Option<usize> {
+fn matching_factor(case: &Case, factor: &Factor, other: &Case) -> Option<usize> {
     other.factors.iter().position(|candidate| {
         let is_same = (&candidate.name, candidate.property, &candidate.state, &candidate.group)
             == (&factor.name, factor.property, &factor.state, &factor.group);
-        is_same && substances(other, candidate) == substances(case, factor)
+        is_same && scaled_materials(other, candidate) == scaled_materials(case, factor)
     })
 }
 
 /// The materials of the plies that a factor scales, each once.
-fn substances<'a>(case: &'a Case, factor: &Factor) -> Vec<&'a str> {
+fn scaled_materials<'a>(case: &'a Case, factor: &Factor) -> Vec<&'a str> {
     let scaled = case.layup.plies.iter().filter(|ply| ply.group == factor.group || ply.name == factor.group);
     let mut materials: Vec<&str> = scaled.map(|ply| ply.material.id.as_str()).collect();
     materials.sort_unstable();
@@ -68,7 +73,11 @@ fn bounds(cases: &[&Case], places: &[Option<usize>], factor: &Factor) -> Result<
     let each =
         cases.iter().zip(places).filter_map(|(case, place)| Some(case.factors[(*place)?].bounds(case.estimate.bounds)));
     let (low, high) = each.fold((f64::NEG_INFINITY, f64::INFINITY), |(a, b), (low, high)| (a.max(low), b.min(high)));
-    if low < high { Ok((low, high)) } else { Err(EstimateError::NoRoom { factor: factor.name.clone(), low, high }) }
+    if low < high {
+        Ok((low, high))
+    } else {
+        Err(EstimateError::DisjointBounds { factor: factor.name.clone(), low, high })
+    }
 }
 
 #[cfg(test)]
@@ -91,7 +100,7 @@ mod tests {
         let cases = [case("thick", "pyrogel3350"), case("thin", "pyrogel2250")];
         let found = estimands(&cases.each_ref()).expect("bounds that meet");
         let variables: Vec<(&str, &[Option<usize>])> =
-            found.iter().map(|estimand| (estimand.factor.name.as_str(), estimand.places.as_slice())).collect();
+            found.iter().map(|estimand| (estimand.factor.name.as_str(), estimand.factor_indices.as_slice())).collect();
         let (cloth, thick, thin) = ([Some(0), Some(0)], [Some(3), None], [None, Some(3)]);
         assert_eq!(variables, [("f_eps_OF", &cloth[..]), ("f_k_INS@thick", &thick[..]), ("f_k_INS@thin", &thin[..])]);
         let same = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
@@ -103,9 +112,9 @@ mod tests {
         let mut cases = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
         cases[1].estimate.factors.clear();
         let found = estimands(&cases.each_ref()).expect("bounds that meet");
-        assert!(found.len() == 2 && found.iter().all(|estimand| estimand.places[1].is_some()));
+        assert!(found.len() == 2 && found.iter().all(|estimand| estimand.factor_indices[1].is_some()));
         cases[1].factors[3].property = Property::HeatCapacity;
-        assert_eq!(estimands(&cases.each_ref()).expect("bounds that meet")[1].places, [Some(3), None]);
+        assert_eq!(estimands(&cases.each_ref()).expect("bounds that meet")[1].factor_indices, [Some(3), None]);
     }
 
     #[test]

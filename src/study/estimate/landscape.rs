@@ -9,9 +9,9 @@
 //! from others. So the map is evaluated on lines of constant factor, and each line has a node at its minimum. These
 //! nodes follow the valley and contain exactly the minima of S.
 
-use crate::fit::{LeastSquares, Loss, Prior, Tangent, difference};
+use crate::fit::{LeastSquares, Prior, RobustLoss, Tangent, finite_difference_tangent};
 use crate::march::MarchError;
-use crate::study::thermocouples::Thermocouples;
+use crate::study::thermocouple_residuals::ThermocoupleResiduals;
 use nalgebra::{DMatrix, DVector};
 
 /// The objective over two factors, line × node; one of the two factors is constant on each line.
@@ -29,8 +29,8 @@ pub struct Landscape {
 }
 
 /// The objective as a function of the standardised residuals.
-pub(super) struct Minimised<'a> {
-    pub loss: Loss,
+pub(super) struct Objective<'a> {
+    pub loss: RobustLoss,
     /// Weight of the data residuals.
     pub weight: f64,
     pub priors: &'a [Prior],
@@ -39,21 +39,21 @@ pub(super) struct Minimised<'a> {
 /// Nodes along each factor at which members are marched.
 pub const NODES: usize = 13;
 /// Lines of the map per node spacing.
-const LINES: usize = 8;
+const LINES_PER_INTERVAL: usize = 8;
 /// Points per node spacing in the search for the minimum of a line, before golden section.
-const PROBES: usize = 8;
+const PROBES_PER_INTERVAL: usize = 8;
 /// Nodes on each side of the minimum of a line.
-const SIDE: usize = 32;
+const NODES_PER_SIDE: usize = 32;
 /// Golden-section steps; further steps do not change S.
 const GOLDEN_STEPS: usize = 60;
 
-impl Minimised<'_> {
-    /// The landscape of two factors between their bounds; `None` for another number of factors or empty bounds. Lines
+impl Objective<'_> {
+    /// The landscape of two factors between their bounds; `Scalar` for another number of factors or empty bounds. Lines
     /// run along the factor with the larger effect at the estimate, so that each crosses the valley. `step` is the
     /// finite-difference step where the march computes no derivatives.
     pub(super) fn landscape(
         &self,
-        problem: &mut Thermocouples,
+        problem: &mut ThermocoupleResiduals,
         bounds: &[(f64, f64)],
         at_estimate: &DMatrix<f64>,
         step: f64,
@@ -66,16 +66,16 @@ impl Minimised<'_> {
         // Index of the factor that is constant on a line.
         let held = usize::from(effect(1) < effect(0));
         let axes = Axes { held, along: bounds[held], across: bounds[1 - held] };
-        let mut map = Landscape { x: Vec::new(), y: Vec::new(), objective: Vec::new(), valley: SIDE };
+        let mut map = Landscape { x: Vec::new(), y: Vec::new(), objective: Vec::new(), valley: NODES_PER_SIDE };
         let mut before = self.nodes(problem, &axes, 0, step)?;
         for next in 1..NODES {
             let after = self.nodes(problem, &axes, next, step)?;
-            let lines = if next + 1 == NODES { 0..=LINES } else { 0..=LINES - 1 };
-            for share in lines.map(|line| line as f64 / LINES as f64) {
+            let lines = if next + 1 == NODES { 0..=LINES_PER_INTERVAL } else { 0..=LINES_PER_INTERVAL - 1 };
+            for share in lines.map(|line| line as f64 / LINES_PER_INTERVAL as f64) {
                 let value = axes.along.0 + axes.spacing(axes.along) * ((next - 1) as f64 + share);
                 let value = if next + 1 == NODES && share == 1.0 { axes.along.1 } else { value };
                 let line = Line::between(&before, &after, share, &axes);
-                self.draw(&mut map, &axes, value, &line);
+                self.add_line(&mut map, &axes, value, &line);
             }
             before = after;
         }
@@ -85,7 +85,7 @@ impl Minimised<'_> {
     /// March a row of nodes with one factor constant. Rows are marched one at a time, so that only two are in memory.
     fn nodes(
         &self,
-        problem: &mut Thermocouples,
+        problem: &mut ThermocoupleResiduals,
         axes: &Axes,
         row: usize,
         step: f64,
@@ -101,7 +101,9 @@ impl Minimised<'_> {
             .collect();
         let tangents = match problem.tangents(&DMatrix::from_columns(&columns))? {
             Some(tangents) => tangents,
-            None => columns.iter().map(|point| difference(problem, point, step)).collect::<Result<_, _>>()?,
+            None => {
+                columns.iter().map(|point| finite_difference_tangent(problem, point, step)).collect::<Result<_, _>>()?
+            }
         };
         // Column 0: the factor that is constant on lines; column 1: the factor along the lines.
         let turned = |mut tangent: Tangent| {
@@ -115,19 +117,20 @@ impl Minimised<'_> {
 
     /// S on a line, at a position in units of the node spacing.
     fn objective(&self, axes: &Axes, value: f64, line: &Line, place: f64) -> f64 {
-        let of_data: f64 = line.residuals(place, axes.spacing(axes.across)).map(|r| self.loss.of(r)).sum();
+        let of_data: f64 = line.residuals(place, axes.spacing(axes.across)).map(|r| self.loss.rho(r)).sum();
         let across = axes.across.0 + axes.spacing(axes.across) * place;
         let of_prior = |prior: &Prior| prior.residual(if prior.variable == axes.held { value } else { across }).powi(2);
         self.weight.powi(2) * of_data + self.priors.iter().map(of_prior).sum::<f64>()
     }
 
     /// Add a line to the map, with nodes concentrated around its minimum.
-    fn draw(&self, map: &mut Landscape, axes: &Axes, value: f64, line: &Line) {
+    fn add_line(&self, map: &mut Landscape, axes: &Axes, value: f64, line: &Line) {
         let last = (NODES - 1) as f64;
         let objective = |place: f64| self.objective(axes, value, line, place);
-        let least = lowest(&objective, last);
-        let below = (0..SIDE).map(|node| least * (1.0 - (1.0 - node as f64 / SIDE as f64).powi(3)));
-        let above = (1..=SIDE).map(|node| least + (last - least) * (node as f64 / SIDE as f64).powi(3));
+        let least = line_minimum(&objective, last);
+        let below = (0..NODES_PER_SIDE).map(|node| least * (1.0 - (1.0 - node as f64 / NODES_PER_SIDE as f64).powi(3)));
+        let above =
+            (1..=NODES_PER_SIDE).map(|node| least + (last - least) * (node as f64 / NODES_PER_SIDE as f64).powi(3));
         let places: Vec<f64> = below.chain([least]).chain(above).collect();
         map.objective.push(places.iter().map(|&place| objective(place)).collect());
         let (low, high) = axes.across;
@@ -173,8 +176,9 @@ impl Line {
         };
         let values =
             (0..rows).map(|i| blend(&|row, node| row[node].residuals[i], &|row, node| row[node].jacobian[(i, 0)]));
-        let slopes = (0..rows)
-            .map(|i| blend(&|row, node| row[node].jacobian[(i, 1)], &|row, node| mixed(row, node, i) / spacing_across));
+        let slopes = (0..rows).map(|i| {
+            blend(&|row, node| row[node].jacobian[(i, 1)], &|row, node| mixed_derivative(row, node, i) / spacing_across)
+        });
         Self { values: values.collect(), slopes: slopes.collect() }
     }
 
@@ -199,7 +203,7 @@ fn hermite(t: f64) -> [f64; 4] {
 /// Mixed second derivative of a residual, per node spacing along the row, by second-order differences of the exact
 /// first derivatives. Its error in the interpolated residual is of fourth order in the spacing, like that of the
 /// interpolation.
-fn mixed(row: &[Tangent], node: usize, residual: usize) -> f64 {
+fn mixed_derivative(row: &[Tangent], node: usize, residual: usize) -> f64 {
     let slope = |node: usize| row[node].jacobian[(residual, 0)];
     let last = row.len() - 1;
     match node {
@@ -209,9 +213,9 @@ fn mixed(row: &[Tangent], node: usize, residual: usize) -> f64 {
     }
 }
 
-/// Position of the minimum between zero and `last`: the lowest of evenly spaced probes, refined by golden section.
-fn lowest(objective: &dyn Fn(f64) -> f64, last: f64) -> f64 {
-    let probes = PROBES * (NODES - 1);
+/// Position of the minimum between zero and `last_record`: the lowest of evenly spaced probes, refined by golden section.
+fn line_minimum(objective: &dyn Fn(f64) -> f64, last: f64) -> f64 {
+    let probes = PROBES_PER_INTERVAL * (NODES - 1);
     let place = |probe: usize| last * probe as f64 / probes as f64;
     let probed = (0..=probes).map(|probe| (probe, objective(place(probe)))).filter(|(_, s)| s.is_finite());
     let Some((probe, s)) = probed.min_by(|a, b| a.1.total_cmp(&b.1)) else { return 0.5 * last };
@@ -228,7 +232,7 @@ fn lowest(objective: &dyn Fn(f64) -> f64, last: f64) -> f64 {
 
 impl Landscape {
     /// Number of lines of a map.
-    pub const LINES: usize = LINES * (NODES - 1) + 1;
+    pub const LINES: usize = LINES_PER_INTERVAL * (NODES - 1) + 1;
 
     /// Local minima: nodes, or plateaus of equal nodes, without a lower neighbour on their own or the adjacent lines.
     pub fn minima(&self) -> Vec<(f64, f64)> {

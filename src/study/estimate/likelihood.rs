@@ -4,16 +4,16 @@
 //! estimate away from the data, which would lower the weight of the data and pull the estimate further.
 
 use crate::case::Case;
-use crate::fit::{Fit, LinearizedPosterior, Loss, NoiseProcess, Prior, Tangent};
+use crate::fit::{Fit, LinearizedPosterior, NoiseProcess, Prior, RobustLoss, Tangent};
 use crate::plan::Plan;
-use crate::study::thermocouples::Sample;
+use crate::study::thermocouple_residuals::Sample;
 use nalgebra::{DMatrix, DVector};
 
 /// Noise model and scale of the data of a fit.
 pub(super) struct Likelihood {
     noise: NoiseProcess,
     numerical_error: DVector<f64>,
-    loss: Loss,
+    loss: RobustLoss,
     /// Scale c that divides squared linearised residuals; not normal where the data leave no residual.
     scale: f64,
     /// Mean stiffness of the loss.
@@ -28,22 +28,22 @@ impl Likelihood {
     /// trace.
     pub(super) fn of(
         fit: &Fit,
-        loss: Loss,
+        loss: RobustLoss,
         priors: &[Prior],
         numerical_error: DVector<f64>,
         times_s: &[Vec<f64>],
     ) -> Self {
         let (n, p) = fit.jacobian.shape();
-        let Tangent { residuals, jacobian } = loss.straightened(&fit.residuals, &fit.jacobian);
+        let Tangent { residuals, jacobian } = loss.untransformed(&fit.residuals, &fit.jacobian);
         let pseudo = loss.pseudo_residuals(&residuals, p as f64);
         let noise = NoiseProcess::estimate(&pseudo, &jacobian, times_s);
         let found = LinearizedPosterior::new(&jacobian, &[], 1.0, &noise, &numerical_error);
-        let (strength, effective_samples) = found.strength();
-        // A fit removes p directions, in which the noise is `strength` times as strong, but at most half of the noise.
+        let (strength, effective_samples) = found.noise_inflation();
+        // A fit removes p directions, in which the noise is `noise_inflation` times as strong, but at most half of the noise.
         let left = (n as f64 - p as f64 * strength).max(n as f64 / 2.0);
         Self {
             scale: LinearizedPosterior::objective_scale(&jacobian, priors, &noise, &numerical_error),
-            stiffness: loss.mean_stiffness(&residuals),
+            stiffness: loss.mean_influence_derivative(&residuals),
             variance: pseudo.norm_squared() / left,
             effective_samples,
             noise,
@@ -53,13 +53,13 @@ impl Likelihood {
     }
 
     /// Ratio of the effective to the stated standard deviations in the objective, `√(c ψ̄′)`.
-    pub(super) fn inflation(&self) -> f64 {
+    pub(super) fn noise_inflation(&self) -> f64 {
         (self.scale * self.stiffness).sqrt()
     }
 
     /// Weight of the data residuals: the inverse of the noise inflation, or one where the data leave no residual.
     pub(super) fn weight(&self) -> f64 {
-        let weight = 1.0 / self.inflation();
+        let weight = 1.0 / self.noise_inflation();
         if weight.is_normal() { weight } else { 1.0 }
     }
 
@@ -67,23 +67,23 @@ impl Likelihood {
     pub(super) fn tangent(&self, fit: &Fit, weight: f64, samples: usize) -> Tangent {
         let residuals = fit.residuals.rows(0, samples) / weight;
         let jacobian = fit.jacobian.rows(0, samples) / weight;
-        self.loss.straightened(&residuals, &jacobian)
+        self.loss.untransformed(&residuals, &jacobian)
     }
 
     /// Linearised posterior of data and priors at the end of a fit.
     pub(super) fn linearized(&self, tangent: &Tangent, priors: &[Prior]) -> LinearizedPosterior {
-        LinearizedPosterior::new(&tangent.jacobian, priors, self.unit(), &self.noise, &self.numerical_error)
+        LinearizedPosterior::new(&tangent.jacobian, priors, self.scale_or_one(), &self.noise, &self.numerical_error)
     }
 
     /// The scale c, or one where the data leave no residual.
-    pub(super) fn unit(&self) -> f64 {
+    pub(super) fn scale_or_one(&self) -> f64 {
         if self.scale.is_normal() { self.scale } else { 1.0 }
     }
 
     /// Correlation time and white fraction of the most probable noise model.
-    pub(super) fn memory(&self) -> (f64, f64) {
+    pub(super) fn noise_parameters(&self) -> (f64, f64) {
         let mode = self.noise.mode();
-        (mode.correlation_time, mode.white_share)
+        (mode.correlation_time, mode.white_fraction)
     }
 }
 
@@ -111,7 +111,7 @@ pub(super) fn with_priors(jacobian: &DMatrix<f64>, priors: &[Prior], variance: f
 }
 
 /// Sample times of each trace of each case, s.
-pub(super) fn times_s(runs: &[(&Case, &Plan)], observed: &[Vec<Vec<Sample>>]) -> Vec<Vec<f64>> {
+pub(super) fn sample_times_s(runs: &[(&Case, &Plan)], observed: &[Vec<Vec<Sample>>]) -> Vec<Vec<f64>> {
     let of_case = |((_, plan), traces): (&(&Case, &Plan), &Vec<Vec<Sample>>)| -> Vec<Vec<f64>> {
         traces.iter().map(|trace| trace.iter().map(|sample| plan.instants_s[sample.instant]).collect()).collect()
     };

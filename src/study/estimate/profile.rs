@@ -23,12 +23,12 @@ pub struct Profile {
     pub rises: Vec<f64>,
     /// Rise at the ends of the 95 % interval.
     pub level: f64,
-    /// Lower and upper end of the interval; `None` where a bound comes first.
+    /// Lower and upper end of the interval; `Scalar` where a bound comes first.
     pub interval: (Option<f64>, Option<f64>),
 }
 
 /// The linear approximation at the estimate.
-pub(super) struct About<'a> {
+pub(super) struct LinearApproximation<'a> {
     pub values: &'a [f64],
     pub bounds: &'a [(f64, f64)],
     /// Standard errors and correlation to first order, and the rise of the objective at the ends of the linear
@@ -39,19 +39,19 @@ pub(super) struct About<'a> {
 }
 
 /// Initial points per side, and their reach in half-widths of the linear interval.
-const SIDE: usize = 8;
-const REACH: f64 = 1.5;
+const POINTS_PER_SIDE: usize = 8;
+const INITIAL_REACH: f64 = 1.5;
 
 /// One side of a profile, extended outwards from the estimate.
-struct Flank {
-    place: usize,
+struct ProfileSide {
+    factor: usize,
     /// Distance from the estimate: covered so far, next, and to the bound; negative on the lower side.
     from: f64,
     to: f64,
     end: f64,
     values: usize,
     /// Points and objectives, outwards.
-    met: Vec<(Vec<f64>, f64)>,
+    points: Vec<(Vec<f64>, f64)>,
 }
 
 /// Profiles of the selected factors. All points of all profiles are minimised as one batch. A side that has not reached
@@ -59,7 +59,7 @@ struct Flank {
 pub(super) fn profiles<P: LeastSquares>(
     problem: &mut P,
     places: &[usize],
-    about: &About,
+    about: &LinearApproximation,
     options: &Options,
 ) -> Result<Vec<Profile>, P::Error> {
     if places.is_empty() {
@@ -67,33 +67,41 @@ pub(super) fn profiles<P: LeastSquares>(
     }
     let estimate = DMatrix::from_column_slice(about.values.len(), 1, about.values);
     let least = problem.residuals(&estimate)?.norm_squared();
-    let mut flanks: Vec<Flank> =
-        places.iter().flat_map(|&place| [-1.0, 1.0].map(|side| about.flank(place, side))).collect();
+    let mut flanks: Vec<ProfileSide> =
+        places.iter().flat_map(|&place| [-1.0, 1.0].map(|side| about.side(place, side))).collect();
     loop {
-        let mut going: Vec<&mut Flank> = flanks.iter_mut().filter(|flank| !flank.is_done(least, about)).collect();
-        let held: Vec<(usize, f64)> = going.iter().flat_map(|flank| flank.held(about)).collect();
+        let mut going: Vec<&mut ProfileSide> = flanks.iter_mut().filter(|flank| !flank.is_done(least, about)).collect();
+        let held: Vec<(usize, f64)> = going.iter().flat_map(|flank| flank.next_values(about)).collect();
         if held.is_empty() {
             break;
         }
         let starts: Vec<f64> = held.iter().flat_map(|&(place, value)| about.start(place, value)).collect();
         let starts = DMatrix::from_vec(about.values.len(), held.len(), starts);
-        let bounds: Vec<Vec<(f64, f64)>> = held.iter().map(|&(place, value)| about.held(place, value)).collect();
+        let bounds: Vec<Vec<(f64, f64)>> =
+            held.iter().map(|&(place, value)| about.bounds_with_fixed(place, value)).collect();
         let mut fits = minimize_within(problem, &starts, &bounds, options)?.into_iter();
         for flank in &mut going {
-            flank.take(fits.by_ref().take(flank.values));
+            flank.extend(fits.by_ref().take(flank.values));
         }
     }
     Ok(flanks.chunks(2).map(|sides| profile(&sides[0], &sides[1], least, about)).collect())
 }
 
-impl About<'_> {
-    fn flank(&self, place: usize, side: f64) -> Flank {
+impl LinearApproximation<'_> {
+    fn side(&self, place: usize, side: f64) -> ProfileSide {
         let (low, high) = self.bounds[place];
         let end = if side < 0.0 { low } else { high } - self.values[place];
-        let reach = REACH * self.levels[place].sqrt() * self.errors[place];
+        let reach = INITIAL_REACH * self.levels[place].sqrt() * self.errors[place];
         // A reach of zero would never grow by doubling.
         let to = if reach > 0.0 && reach < end.abs() { side * reach } else { end };
-        Flank { place, from: 0.0, to, end, values: if end == 0.0 { 0 } else { SIDE }, met: Vec::new() }
+        ProfileSide {
+            factor: place,
+            from: 0.0,
+            to,
+            end,
+            values: if end == 0.0 { 0 } else { POINTS_PER_SIDE },
+            points: Vec::new(),
+        }
     }
 
     /// Start of a minimisation with one factor fixed: the minimum for a linear problem.
@@ -108,50 +116,50 @@ impl About<'_> {
     }
 
     /// The bounds with one factor fixed.
-    fn held(&self, place: usize, value: f64) -> Vec<(f64, f64)> {
+    fn bounds_with_fixed(&self, place: usize, value: f64) -> Vec<(f64, f64)> {
         let mut bounds = self.bounds.to_vec();
         bounds[place] = (value, value);
         bounds
     }
 }
 
-impl Flank {
+impl ProfileSide {
     /// The next fixed values of the factor.
-    fn held(&self, about: &About) -> Vec<(usize, f64)> {
+    fn next_values(&self, about: &LinearApproximation) -> Vec<(usize, f64)> {
         let at = |step: usize| self.from + (self.to - self.from) * step as f64 / self.values as f64;
-        let (low, high) = about.bounds[self.place];
-        (1..=self.values).map(|step| (self.place, (about.values[self.place] + at(step)).max(low).min(high))).collect()
+        let (low, high) = about.bounds[self.factor];
+        (1..=self.values).map(|step| (self.factor, (about.values[self.factor] + at(step)).max(low).min(high))).collect()
     }
 
-    fn take(&mut self, fits: impl Iterator<Item = Fit>) {
-        self.met.extend(fits.map(|fit| (fit.point.iter().copied().collect(), fit.objective)));
+    fn extend(&mut self, fits: impl Iterator<Item = Fit>) {
+        self.points.extend(fits.map(|fit| (fit.point.iter().copied().collect(), fit.objective)));
         self.from = self.to;
-        self.values = if self.to == self.end { 0 } else { SIDE / 2 };
+        self.values = if self.to == self.end { 0 } else { POINTS_PER_SIDE / 2 };
         self.to = if (2.0 * self.to).abs() < self.end.abs() { 2.0 * self.to } else { self.end };
     }
 
     /// Whether the side has reached its bound or the level.
-    fn is_done(&self, least: f64, about: &About) -> bool {
-        let level = about.levels[self.place];
-        self.values == 0 || self.met.iter().any(|(_, objective)| objective - least >= level)
+    fn is_done(&self, least: f64, about: &LinearApproximation) -> bool {
+        let level = about.levels[self.factor];
+        self.values == 0 || self.points.iter().any(|(_, objective)| objective - least >= level)
     }
 }
 
 /// A profile from its two sides. The estimate is a point of both, so neither end of the interval is on the wrong side
 /// of it.
-fn profile(below: &Flank, above: &Flank, least: f64, about: &About) -> Profile {
-    let (place, level) = (below.place, about.levels[below.place]);
+fn profile(below: &ProfileSide, above: &ProfileSide, least: f64, about: &LinearApproximation) -> Profile {
+    let (place, level) = (below.factor, about.levels[below.factor]);
     let middle = (about.values.to_vec(), least);
-    let end = |flank: &Flank| {
+    let end = |flank: &ProfileSide| {
         let way: Vec<(f64, f64)> = std::iter::once(&middle)
-            .chain(&flank.met)
+            .chain(&flank.points)
             .map(|(point, objective): &(Vec<f64>, f64)| (point[place], objective - least))
             .filter(|(_, rise)| rise.is_finite())
             .collect();
         crossing(&way, level)
     };
     let interval = (end(below), end(above));
-    let met = below.met.iter().rev().chain(std::iter::once(&middle)).chain(&above.met);
+    let met = below.points.iter().rev().chain(std::iter::once(&middle)).chain(&above.points);
     let (points, rises) = met.map(|(point, objective)| (point.clone(), objective - least)).unzip();
     Profile { factor: place, points, rises, level, interval }
 }
@@ -165,7 +173,7 @@ fn crossing(way: &[(f64, f64)], level: f64) -> Option<f64> {
 }
 
 /// Indices of the factors with these names; a name selects a factor in all cases, including its variants per case.
-pub(super) fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, EstimateError> {
+pub(super) fn profile_indices(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, EstimateError> {
     let mut places = Vec::new();
     for name in names {
         let is_meant = |factor: &Estimand| {
@@ -175,7 +183,7 @@ pub(super) fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usi
         let meant: Vec<usize> = (0..factors.len()).filter(|&place| is_meant(&factors[place])).collect();
         if meant.is_empty() {
             let known: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
-            return Err(EstimateError::NoProfile { name: name.clone(), known: known.join(", ") });
+            return Err(EstimateError::ProfileNotEstimated { name: name.clone(), known: known.join(", ") });
         }
         places.extend(meant);
     }
@@ -212,7 +220,7 @@ mod tests {
 
     fn profiled<F: Fn(f64, f64) -> [f64; 3]>(bounds: [(f64, f64); 2], errors: [f64; 2], residuals: F) -> Vec<Profile> {
         let correlation = [vec![1.0, 0.0], vec![0.0, 1.0]];
-        let about = About {
+        let about = LinearApproximation {
             values: &[1.0, 2.0],
             bounds: &bounds,
             errors: &errors,

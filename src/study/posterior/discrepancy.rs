@@ -22,13 +22,13 @@
 //! zero, in a layup that cools below its start. A model error that resembles no factor is beyond this model, and beyond
 //! any discrepancy transferred between sensors.
 
-use super::super::estimate::Estimated;
+use super::super::estimate::ParameterEstimates;
 use super::super::sensitivity::{Sensitivity, sensitivity};
-use super::super::thermocouples::Sample;
+use super::super::thermocouple_residuals::Sample;
 use crate::case::Case;
-use crate::chance::Numbers;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+use crate::random::RandomStream;
 
 /// The parameters of the discrepancy process.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub struct Discrepancy {
 
 impl Discrepancy {
     /// From an estimate, its fitted samples, and the gains: case × sensor × instant.
-    pub(super) fn of(found: &Estimated, observed: &[Vec<Sample>], gains_k: &[Vec<Vec<f64>>]) -> Self {
+    pub(super) fn of(found: &ParameterEstimates, observed: &[Vec<Sample>], gains_k: &[Vec<Vec<f64>>]) -> Self {
         let excess = (found.noise_variance - 1.0).max(0.0);
         let each = || observed.iter().enumerate().flat_map(|(case, samples)| samples.iter().map(move |s| (case, s)));
         let count = each().count() as f64;
@@ -57,7 +57,7 @@ impl Discrepancy {
     }
 
     /// A random realisation at these instants, K.
-    pub(super) fn drawn_k(self, gains_k: &[f64], instants_s: &[f64], numbers: &mut Numbers) -> Vec<f64> {
+    pub(super) fn sample_k(self, gains_k: &[f64], instants_s: &[f64], numbers: &mut RandomStream) -> Vec<f64> {
         let mut now = numbers.normal();
         let mut before_s = instants_s.first().copied().unwrap_or(0.0);
         let each = instants_s.iter().zip(gains_k).map(|(&time_s, gain_k)| {
@@ -80,17 +80,18 @@ impl Discrepancy {
 pub(super) fn gains_k(
     (case, plan): (&Case, &Plan),
     which: usize,
-    found: &Estimated,
+    found: &ParameterEstimates,
     march: &mut dyn March,
 ) -> Result<(Vec<Vec<f64>>, usize), MarchError> {
     let mut case = case.clone();
     for (estimand, &value) in found.factors.iter().zip(&found.values) {
-        if let Some(place) = estimand.places[which] {
+        if let Some(place) = estimand.factor_indices[which] {
             case.factors[place].nominal = value;
         }
     }
     let Sensitivity { derivatives_k, marches, .. } = sensitivity(&case, plan, march, None)?;
-    let deviations: Vec<f64> = case.factors.iter().map(|factor| factor.deviation(case.estimate.bounds)).collect();
+    let deviations: Vec<f64> =
+        case.factors.iter().map(|factor| factor.prior_standard_deviation(case.estimate.bounds)).collect();
     let gain_k = |sensor: usize, instant: usize| {
         let moved_k = |(of_factor, deviation): (&Vec<Vec<f64>>, &f64)| deviation * of_factor[sensor][instant];
         let moves_k = derivatives_k.iter().zip(&deviations).map(moved_k).filter(|moved_k| moved_k.is_finite());
@@ -110,14 +111,15 @@ mod tests {
     fn a_drawn_discrepancy_has_its_amplitude_and_correlation_time() {
         let discrepancy = Discrepancy { share: 0.5, amplitude_k: 3.0, time_s: 20.0 };
         let (instants_s, gains_k) = ([0.0, 5.0, 25.0], [0.0, 4.0, 8.0]);
-        let drawn: Vec<Vec<f64>> =
-            (0..10_000).map(|draw| discrepancy.drawn_k(&gains_k, &instants_s, &mut Numbers::of(1, draw))).collect();
+        let drawn: Vec<Vec<f64>> = (0..10_000)
+            .map(|draw| discrepancy.sample_k(&gains_k, &instants_s, &mut RandomStream::new(1, draw)))
+            .collect();
         let moment = |i: usize, j: usize| drawn.iter().map(|d| d[i] * d[j]).sum::<f64>() / 1e4;
         assert_eq!(moment(0, 0), 0.0);
         assert!((moment(1, 1) / 4.0 - 1.0).abs() < 0.06 && (moment(2, 2) / 16.0 - 1.0).abs() < 0.06);
         assert!((moment(1, 2) / 8.0 - (-1f64).exp()).abs() < 0.04);
         let steady = Discrepancy { time_s: f64::INFINITY, ..discrepancy };
-        let kept = steady.drawn_k(&[1.0; 3], &instants_s, &mut Numbers::of(1, 1));
+        let kept = steady.sample_k(&[1.0; 3], &instants_s, &mut RandomStream::new(1, 1));
         assert!(kept[0] == kept[1] && kept[1] == kept[2]);
     }
 }

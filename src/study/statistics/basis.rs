@@ -8,7 +8,7 @@
 //! Binning the factors would be worse: two-way bins fine enough to resolve the output are so many that sampling noise
 //! exceeds the effect of a weak factor, and they take two hundred times the memory.
 
-use super::nearest;
+use super::round_half_away;
 use crate::ensemble::Marginal;
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ const DEGREE_MAX: usize = 10;
 /// Quanta per unit of a function. A rounded function is as valid a basis function as the exact one.
 pub(super) const QUANTA: f64 = 512.0;
 /// Limit of a function, quanta: its product with the largest output, summed over a block, is exact in f64.
-pub(super) const REACH: f64 = 65_536.0;
+pub(super) const MAX_VALUE: f64 = 65_536.0;
 /// Quadrature nodes in probability for the orthonormalisation.
 const NODES: usize = 1 << 14;
 
@@ -39,7 +39,7 @@ pub(super) struct Basis {
 impl Basis {
     pub(super) fn new(marginals: &[Marginal]) -> Self {
         let free: Vec<usize> = (0..marginals.len()).filter(|&factor| !marginals[factor].is_fixed()).collect();
-        let (alone, paired) = degrees(free.len());
+        let (alone, paired) = max_degrees(free.len());
         let mut functions: Vec<Function> = vec![[(0, 0), (0, 0)]];
         for degree in 1..=alone.max(paired) {
             if degree <= alone {
@@ -51,7 +51,7 @@ impl Basis {
                 }
             }
         }
-        let recurrences = marginals.par_iter().map(|marginal| recurrence(marginal, alone)).collect();
+        let recurrences = marginals.par_iter().map(|marginal| recurrence_coefficients(marginal, alone)).collect();
         Self { marginals: marginals.to_vec(), recurrences, functions }
     }
 
@@ -64,7 +64,7 @@ impl Basis {
     }
 
     /// Number of functions up to the highest complete degree that has at most `most` functions.
-    pub(super) fn within(&self, most: usize) -> usize {
+    pub(super) fn complete_degrees(&self, most: usize) -> usize {
         let degree = |&[(_, one), (_, other)]: &Function| one + other;
         let past = self.functions.get(most).map_or(usize::MAX, degree);
         self.functions.iter().take_while(|function| degree(function) < past).count()
@@ -72,7 +72,7 @@ impl Basis {
 
     /// Indices of the functions that contain a factor, among the first `functions`; with or without products with other
     /// factors.
-    pub(super) fn of(&self, factor: usize, functions: usize, shared: bool) -> Vec<usize> {
+    pub(super) fn containing(&self, factor: usize, functions: usize, shared: bool) -> Vec<usize> {
         let has = |&[(one, degree), (other, also)]: &Function| {
             let alone = one == factor && degree > 0 && also == 0;
             alone || shared && also > 0 && (one == factor || other == factor)
@@ -83,17 +83,17 @@ impl Basis {
     /// Evaluate all functions for one member, in integer quanta.
     pub(super) fn evaluate(&self, factors: &[f64], into: &mut [f64]) {
         let polynomials: Vec<Vec<f64>> = (self.marginals.iter().zip(&self.recurrences).zip(factors))
-            .map(|((marginal, recurrence), value)| polynomials(recurrence, marginal.place(*value)))
+            .map(|((marginal, recurrence), value)| polynomials(recurrence, marginal.scaled(*value)))
             .collect();
         let at = |(factor, degree): (usize, usize)| polynomials.get(factor).map_or(1.0, |values| values[degree]);
         for (into, &[one, other]) in into.iter_mut().zip(&self.functions) {
-            *into = nearest((at(one) * at(other) * QUANTA).clamp(-REACH, REACH)) as f64;
+            *into = round_half_away((at(one) * at(other) * QUANTA).clamp(-MAX_VALUE, MAX_VALUE)) as f64;
         }
     }
 }
 
 /// The highest degree of one factor, and the highest total degree of a pair, that fit the limit.
-fn degrees(factors: usize) -> (usize, usize) {
+fn max_degrees(factors: usize) -> (usize, usize) {
     let pairs = factors * factors.saturating_sub(1) / 2;
     let room = |alone: usize| (FUNCTIONS_MAX - 1).checked_sub(alone * factors);
     let alone = (0..=DEGREE_MAX).rev().find(|&alone| room(alone).is_some()).unwrap_or(0);
@@ -102,9 +102,9 @@ fn degrees(factors: usize) -> (usize, usize) {
 }
 
 /// Stieltjes procedure over the distribution, with nodes evenly spaced in probability.
-fn recurrence(marginal: &Marginal, degree: usize) -> Vec<(f64, f64)> {
+fn recurrence_coefficients(marginal: &Marginal, degree: usize) -> Vec<(f64, f64)> {
     let share = |node: usize| (node as f64 + 0.5) / NODES as f64;
-    let places: Vec<f64> = (0..NODES).map(|node| marginal.place(marginal.value(share(node)))).collect();
+    let places: Vec<f64> = (0..NODES).map(|node| marginal.scaled(marginal.quantile(share(node)))).collect();
     let mean = |values: &dyn Fn(usize) -> f64| (0..NODES).map(values).sum::<f64>() / NODES as f64;
     let (mut before, mut now) = (vec![0.0; NODES], vec![1.0; NODES]);
     let mut scale = 0.0;
@@ -152,7 +152,7 @@ mod tests {
             let members = 20_000;
             let mut rows = vec![0.0; members as usize * basis.len()];
             rows.chunks_mut(basis.len()).zip(0..members).for_each(|(row, member)| {
-                basis.evaluate(&[marginal.value((f64::from(member) + 0.5) / f64::from(members))], row);
+                basis.evaluate(&[marginal.quantile((f64::from(member) + 0.5) / f64::from(members))], row);
             });
             let product = |a: usize, b: usize| {
                 let sum: f64 = rows.chunks(basis.len()).map(|row| row[a] * row[b]).sum();
@@ -175,7 +175,7 @@ mod tests {
     fn the_number_of_functions_never_exceeds_its_limit() {
         for factors in 0..600_usize {
             let pairs = factors * factors.saturating_sub(1) / 2;
-            let (alone, paired) = degrees(factors);
+            let (alone, paired) = max_degrees(factors);
             let functions = 1 + alone * factors + pairs * (paired * paired.saturating_sub(1) / 2);
             assert!(functions <= FUNCTIONS_MAX);
             assert!(factors > 23 || functions > 10 * factors + usize::from(factors > 1) * (pairs.min(1)), "{factors}");
@@ -191,14 +191,14 @@ mod tests {
     fn few_members_get_complete_degrees() {
         let basis = Basis::new(&marginals(7));
         // The constant; 7 linear; 7 quadratic and 21 products.
-        assert_eq!([0, 1, 7, 8, 35, 36, 37].map(|most| basis.within(most)), [0, 1, 1, 8, 8, 36, 36]);
-        assert_eq!(basis.within(100_000), basis.len());
+        assert_eq!([0, 1, 7, 8, 35, 36, 37].map(|most| basis.complete_degrees(most)), [0, 1, 1, 8, 8, 36, 36]);
+        assert_eq!(basis.complete_degrees(100_000), basis.len());
     }
 
     #[test]
     fn a_factor_that_is_fixed_has_no_function() {
         let fixed = Marginal::new(1.0, (1.0, 1.0), SamplingKind::Normal);
         let basis = Basis::new(&[fixed, Marginal::new(1.0, (0.9, 1.1), SamplingKind::Normal)]);
-        assert_eq!((basis.len(), basis.of(0, basis.len(), true)), (11, vec![]));
+        assert_eq!((basis.len(), basis.containing(0, basis.len(), true)), (11, vec![]));
     }
 }

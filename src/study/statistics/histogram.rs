@@ -26,10 +26,10 @@ impl Histogram {
     }
 
     /// Add values with their carried numbers, value × number.
-    pub(super) fn count(&mut self, values: &[i64], carried: &[u64]) {
+    pub(super) fn add(&mut self, values: &[i64], carried: &[u64]) {
         let (Some(&lowest), Some(&highest)) = (values.iter().min(), values.iter().max()) else { return };
-        self.reach(lowest);
-        self.reach(highest);
+        self.extend_to(lowest);
+        self.extend_to(highest);
         let mut carried = carried.chunks((self.columns - 1).max(1));
         for &value in values {
             let bin = self.bin(value);
@@ -52,7 +52,7 @@ impl Histogram {
         }
         for (bin, counts) in (other.lowest..).zip(other.bins()) {
             if counts[0] > 0 {
-                self.reach(bin << other.width_log2);
+                self.extend_to(bin << other.width_log2);
                 for (mine, theirs) in self.bin(bin << other.width_log2).iter_mut().zip(counts) {
                     *mine += theirs;
                 }
@@ -60,8 +60,8 @@ impl Histogram {
         }
     }
 
-    /// The value, in quanta, below which `values` values lie; `None` for an empty histogram.
-    pub(super) fn above(&self, values: f64) -> Option<f64> {
+    /// The value, in quanta, below which `values` values lie; `Scalar` for an empty histogram.
+    pub(super) fn quantile(&self, values: f64) -> Option<f64> {
         let mut below = 0.0;
         let mut edge = None;
         for (bin, counts) in (self.lowest..).zip(self.bins()) {
@@ -79,12 +79,12 @@ impl Histogram {
     }
 
     /// The content as integers: width, lowest bin, number of bins, and their counts.
-    pub(super) fn numbers(&self) -> impl Iterator<Item = i128> {
+    pub(super) fn to_integers(&self) -> impl Iterator<Item = i128> {
         let head = [i128::from(self.width_log2), i128::from(self.lowest), self.bins().len() as i128];
         head.into_iter().chain(self.counts.iter().map(|&count| i128::from(count)))
     }
 
-    /// Restore a histogram of the same shape from [`to_integers`](Self::to_integers); `None` where they are invalid or
+    /// Restore a histogram of the same shape from [`to_integers`](Self::to_integers); `Scalar` where they are invalid or
     /// do not hold `values` values.
     pub(super) fn restored(self, numbers: &mut dyn Iterator<Item = i128>, values: u64) -> Option<Self> {
         let width_log2 = u32::try_from(numbers.next()?).ok().filter(|&log2| log2 < 48)?;
@@ -103,7 +103,7 @@ impl Histogram {
     }
 
     /// Extend the range to contain a value.
-    fn reach(&mut self, quanta: i64) {
+    fn extend_to(&mut self, quanta: i64) {
         if self.counts.is_empty() {
             self.lowest = quanta >> self.width_log2;
         }
@@ -152,7 +152,7 @@ mod tests {
     /// A histogram of values that carry their last digit.
     fn of(values: impl IntoIterator<Item = i64>) -> Histogram {
         let mut histogram = Histogram::new(BINS_MAX, 1);
-        values.into_iter().for_each(|value| histogram.count(&[value], &[value.unsigned_abs() % 10]));
+        values.into_iter().for_each(|value| histogram.add(&[value], &[value.unsigned_abs() % 10]));
         histogram
     }
 
@@ -168,7 +168,7 @@ mod tests {
         let (values, carried): (Vec<i64>, Vec<u64>) =
             widening().map(|value| (value, value.unsigned_abs() % 10)).unzip();
         let mut together = Histogram::new(BINS_MAX, 1);
-        together.count(&values, &carried);
+        together.add(&values, &carried);
         assert_eq!(together, whole, "all at once");
         for parted in [1, 10, 3990] {
             let (mut first, last) = (of(widening().take(parted)), of(widening().skip(parted)));
@@ -197,7 +197,7 @@ mod tests {
         let mut into = Histogram::new(BINS_MAX, 1);
         into.merge(&whole);
         assert_eq!(into, whole);
-        assert_eq!(empty.above(0.0), None);
+        assert_eq!(empty.quantile(0.0), None);
     }
 
     #[test]

@@ -7,7 +7,7 @@ pub(super) const NORMAL_95: f64 = 1.96;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub struct Likely {
+pub struct ConfidenceInterval {
     /// The estimate.
     pub value: f64,
     /// The lower end of its 95 % interval.
@@ -16,7 +16,7 @@ pub struct Likely {
     pub high: f64,
 }
 
-impl Likely {
+impl ConfidenceInterval {
     pub(super) const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
 
     /// A correlation with `free` degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.

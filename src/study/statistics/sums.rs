@@ -3,24 +3,24 @@
 /// Sums of one quantity, in quanta.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sums {
-    pub(super) first: i128,
+    pub(super) sum: i128,
     pub(super) squares: i128,
 }
 
 impl Sums {
     pub(super) fn add(&mut self, quanta: &[i64]) {
-        self.first += quanta.iter().map(|&quanta| i128::from(quanta)).sum::<i128>();
-        self.squares += products(quanta, quanta);
+        self.sum += quanta.iter().map(|&quanta| i128::from(quanta)).sum::<i128>();
+        self.squares += sum_of_products(quanta, quanta);
     }
 
     pub(super) fn merge(&mut self, other: &Self) {
-        self.first += other.first;
+        self.sum += other.sum;
         self.squares += other.squares;
     }
 }
 
 /// `Σab`.
-pub(super) fn products(a: &[i64], b: &[i64]) -> i128 {
+pub(super) fn sum_of_products(a: &[i64], b: &[i64]) -> i128 {
     a.iter().zip(b).map(|(&a, &b)| i128::from(a) * i128::from(b)).sum()
 }
 

@@ -29,8 +29,8 @@ fn members(count: usize) -> (Vec<f64>, Vec<f64>) {
     (outputs.collect(), rows.concat())
 }
 
-fn tallied(outputs: &[f64], factors: &[f64]) -> Tally {
-    let mut tally = Tally::new(&REFERENCE, &marginals());
+fn tallied(outputs: &[f64], factors: &[f64]) -> Accumulator {
+    let mut tally = Accumulator::new(&REFERENCE, &marginals());
     tally.add_block(outputs, factors, &vec![true; outputs.len() / 3]);
     tally
 }
@@ -49,14 +49,14 @@ fn mean_deviation_and_correlation_equal_the_two_pass_formulas() {
         let y: Vec<f64> = column(&outputs, 3, i);
         assert!((tally.mean(i) - mean(&y)).abs() < 1e-7);
         assert!((tally.deviation(i) - (product(&y, &y) / 4999.0).sqrt()).abs() < 1e-7);
-        assert_eq!(tally.low(i), y.iter().copied().fold(f64::INFINITY, f64::min));
-        assert_eq!(tally.high(i), y.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        assert_eq!(tally.min(i), y.iter().copied().fold(f64::INFINITY, f64::min));
+        assert_eq!(tally.max(i), y.iter().copied().fold(f64::NEG_INFINITY, f64::max));
         for j in 0..2 {
             let x: Vec<f64> = column(&factors, 2, j);
             let pearson = product(&x, &y) / (product(&x, &x) * product(&y, &y)).sqrt();
             assert!((tally.correlation(i, j) - pearson).abs() < 1e-7);
         }
-        assert!((tally.share(i, 0) + tally.share(i, 1) - 1.0).abs() < 1e-12);
+        assert!((tally.squared_correlation_share(i, 0) + tally.squared_correlation_share(i, 1) - 1.0).abs() < 1e-12);
     }
     assert!(tally.correlation(2, 1) > 0.999_999);
 }
@@ -66,7 +66,7 @@ fn a_constant_output_has_no_deviation_and_no_correlation() {
     let (outputs, factors) = members(100);
     let tally = tallied(&outputs, &factors);
     assert_eq!((tally.mean(1), tally.deviation(1), tally.percentile(1, 97.5)), (300.0, 0.0, 300.0));
-    assert_eq!((tally.correlation(1, 0), tally.share(1, 0)), (0.0, 0.0));
+    assert_eq!((tally.correlation(1, 0), tally.squared_correlation_share(1, 0)), (0.0, 0.0));
 }
 
 #[test]
@@ -76,14 +76,14 @@ fn pieces_merged_in_any_order_equal_the_whole_bit_for_bit() {
     let piece = |from: usize, to: usize| tallied(&outputs[from * 3..to * 3], &factors[from * 2..to * 2]);
     let cuts = [(0, 1), (1, 400), (400, 999), (999, 1000)];
     for order in [[0, 1, 2, 3], [3, 1, 0, 2], [2, 3, 1, 0]] {
-        let mut merged = Tally::new(&REFERENCE, &marginals());
+        let mut merged = Accumulator::new(&REFERENCE, &marginals());
         for place in order {
             merged.merge(&piece(cuts[place].0, cuts[place].1));
         }
         assert_eq!(merged, whole);
-        assert_eq!(Tally::restored(&REFERENCE, &marginals(), &merged.numbers()), Some(merged));
+        assert_eq!(Accumulator::from_integers(&REFERENCE, &marginals(), &merged.to_integers()), Some(merged));
     }
-    let mut one_by_one = Tally::new(&REFERENCE, &marginals());
+    let mut one_by_one = Accumulator::new(&REFERENCE, &marginals());
     for member in (0..1000).rev() {
         one_by_one.add(&outputs[member * 3..][..3], &factors[member * 2..][..2]);
     }
@@ -96,7 +96,7 @@ fn the_size_of_an_accumulator_does_not_depend_on_its_members() {
     let mut tally = tallied(&outputs, &factors);
     let few = tally.clone();
     (0..20).for_each(|_| tally.merge(&tally.clone()));
-    assert_eq!((tally.members(), tally.numbers().len()), (1000 << 20, few.numbers().len()));
+    assert_eq!((tally.members(), tally.to_integers().len()), (1000 << 20, few.to_integers().len()));
     assert!((tally.mean(0) - few.mean(0)).abs() < 1e-9 && (tally.deviation(0) / few.deviation(0) - 1.0).abs() < 1e-3);
     assert_eq!(tally.percentile(0, 97.5), few.percentile(0, 97.5));
 }
@@ -105,8 +105,8 @@ fn the_size_of_an_accumulator_does_not_depend_on_its_members() {
 fn inconsistent_integers_are_rejected() {
     let (outputs, factors) = members(50);
     let tally = tallied(&outputs, &factors);
-    let restored = |numbers: &[i128]| Tally::restored(&REFERENCE, &marginals(), numbers);
-    let numbers = tally.numbers();
+    let restored = |numbers: &[i128]| Accumulator::from_integers(&REFERENCE, &marginals(), numbers);
+    let numbers = tally.to_integers();
     assert_eq!(restored(&numbers), Some(tally));
     assert_eq!(restored(&numbers[..numbers.len() - 1]), None);
     assert_eq!(restored(&[&numbers[..], &[0]].concat()), None);
@@ -129,19 +129,19 @@ fn accumulators_that_differ_by_one_quantum_are_unequal() {
 /// Ten thousand values evenly spread over 100 K: percentile p lies p K above the lowest.
 #[test]
 fn percentiles_of_a_uniform_distribution_are_linear() {
-    let mut tally = Tally::new(&[850.1], &[]);
+    let mut tally = Accumulator::new(&[850.1], &[]);
     let values: Vec<f64> = (0..10_000).map(|i| 800.0 + (i as f64 + 0.5) / 100.0).collect();
     tally.add_block(&values, &[], &vec![true; values.len()]);
     for percent in [2.5, 25.0, 50.0, 75.0, 97.5] {
         assert!((tally.percentile(0, percent) - 800.0 - percent).abs() < 0.02, "{percent}");
     }
-    assert_eq!(tally.percentile(0, 0.0), tally.low(0));
-    assert_eq!(tally.percentile(0, 100.0), tally.high(0));
+    assert_eq!(tally.percentile(0, 0.0), tally.min(0));
+    assert_eq!(tally.percentile(0, 100.0), tally.max(0));
 }
 
 #[test]
 fn no_percentile_is_in_a_gap_of_the_values() {
-    let mut tally = Tally::new(&[0.0], &[]);
+    let mut tally = Accumulator::new(&[0.0], &[]);
     tally.add_block(&[1.0, 1.0, 1.0, 50.0], &[], &[true; 4]);
     assert!((tally.percentile(0, 50.0) - 1.0).abs() < 0.25);
     assert_eq!(tally.percentile(0, 95.0), 50.0);
@@ -152,27 +152,28 @@ fn failed_members_are_skipped_and_out_of_range_members_are_excluded_and_counted(
     let (mut outputs, factors) = members(6);
     let honest = tallied(&outputs[9..], &factors[6..]);
     (outputs[0], outputs[5], outputs[6]) = (f64::NAN, 1e300, f64::NAN);
-    let mut tally = Tally::new(&REFERENCE, &marginals());
+    let mut tally = Accumulator::new(&REFERENCE, &marginals());
     tally.add_block(&outputs, &factors, &[true, true, false, true, true, true]);
-    assert_eq!((tally.members(), tally.left_out()), (3, 2));
+    assert_eq!((tally.members(), tally.excluded()), (3, 2));
     assert_eq!(tally.outputs, honest.outputs);
     assert_eq!(tally.factors, honest.factors);
 }
 
 #[test]
 fn the_largest_deviations_do_not_overflow() {
-    let mut tally = Tally::new(&[0.0], &[Marginal::new(0.0, (-1.0, 1.0), SamplingKind::Normal)]);
-    let far: Vec<f64> = (0..20_000).map(|i| if i % 2 == 0 { OUTPUT_REACH } else { -OUTPUT_REACH }).collect();
-    let factors: Vec<f64> = far.iter().map(|value| -value / OUTPUT_REACH * FACTOR_REACH).collect();
+    let mut tally = Accumulator::new(&[0.0], &[Marginal::new(0.0, (-1.0, 1.0), SamplingKind::Normal)]);
+    let far: Vec<f64> =
+        (0..20_000).map(|i| if i % 2 == 0 { MAX_OUTPUT_DEVIATION } else { -MAX_OUTPUT_DEVIATION }).collect();
+    let factors: Vec<f64> = far.iter().map(|value| -value / MAX_OUTPUT_DEVIATION * MAX_FACTOR_DEVIATION).collect();
     tally.add_block(&far, &factors, &vec![true; far.len()]);
     assert_eq!(tally.mean(0), 0.0);
-    assert!((tally.deviation(0) / OUTPUT_REACH - (20_000.0f64 / 19_999.0).sqrt()).abs() < 1e-14);
+    assert!((tally.deviation(0) / MAX_OUTPUT_DEVIATION - (20_000.0f64 / 19_999.0).sqrt()).abs() < 1e-14);
     assert!((tally.correlation(0, 0) + 1.0).abs() < 1e-14);
 }
 
 #[test]
 fn an_empty_accumulator_has_no_mean() {
-    let tally = Tally::new(&REFERENCE, &marginals());
+    let tally = Accumulator::new(&REFERENCE, &marginals());
     assert!(tally.mean(0).is_nan() && tally.percentile(0, 50.0).is_nan());
     assert_eq!((tally.deviation(0), tally.correlation(0, 0)), (0.0, 0.0));
 }

@@ -21,7 +21,7 @@ pub struct Arrhenius {
 
 impl Arrhenius {
     /// Rate constant, 1/s.
-    pub fn constant_1_s(&self, temperature_k: f64) -> f64 {
+    pub fn rate_constant_1_s(&self, temperature_k: f64) -> f64 {
         if temperature_k < self.onset_k {
             return 0.0;
         }
@@ -30,7 +30,7 @@ impl Arrhenius {
 
     /// Rate constant integrated over a temperature ramp of β K/s:
     /// `(A/β) [T e^(−x) − (E/R) E₁(x)]` with x = E/RT.
-    pub fn integral(&self, rise_k_s: f64, from_k: f64, to_k: f64) -> f64 {
+    pub fn integrated_rate_constant(&self, rise_k_s: f64, from_k: f64, to_k: f64) -> f64 {
         let (from_k, to_k) = (from_k.max(self.onset_k), to_k.max(self.onset_k));
         let primitive_k = |temperature_k: f64| {
             let x = self.activation_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k);
@@ -72,7 +72,7 @@ fn scaled_exponential_integral(x: f64) -> f64 {
 }
 
 /// A → B → C at constant rates (1/s): the amounts of A, B and C after a time, starting from A = 1.
-pub fn in_chain(first_1_s: f64, second_1_s: f64, time_s: f64) -> [f64; 3] {
+pub fn consecutive_reactions(first_1_s: f64, second_1_s: f64, time_s: f64) -> [f64; 3] {
     let (first, second) = ((-first_1_s * time_s).exp(), (-second_1_s * time_s).exp());
     let between = first_1_s / (second_1_s - first_1_s) * (first - second);
     [first, between, 1.0 - first - between]
@@ -81,7 +81,7 @@ pub fn in_chain(first_1_s: f64, second_1_s: f64, time_s: f64) -> [f64; 3] {
 #[cfg(test)]
 #[expect(clippy::excessive_precision, reason = "figures are quoted whole, as published")]
 mod tests {
-    use super::super::carried;
+    use super::super::runge_kutta;
     use super::*;
 
     #[track_caller]
@@ -104,11 +104,11 @@ mod tests {
             (3.0, 0.981206882736807464, 0.571295140137703727),
         ] {
             let reaction = as_tabled(1e9, 150e3, order, 0.0);
-            meets(reaction.remaining(reaction.integral(1.0, 300.0, 650.0)), at_650_k, 1e-12);
-            meets(reaction.remaining(reaction.integral(1.0, 300.0, 750.0)), at_750_k, 1e-12);
+            meets(reaction.remaining(reaction.integrated_rate_constant(1.0, 300.0, 650.0)), at_650_k, 1e-12);
+            meets(reaction.remaining(reaction.integrated_rate_constant(1.0, 300.0, 750.0)), at_750_k, 1e-12);
         }
         let root = as_tabled(1e9, 150e3, 0.5, 0.0);
-        assert_eq!(root.remaining(root.integral(1.0, 300.0, 800.0)), 0.0);
+        assert_eq!(root.remaining(root.integrated_rate_constant(1.0, 300.0, 800.0)), 0.0);
     }
 
     #[test]
@@ -117,7 +117,7 @@ mod tests {
             (as_tabled(1.2e4, 71130.89, 3.0, 333.3), 9.71605808919e-6, 0.668787792054741067, 0.980810586437284037),
             (as_tabled(4.97777e8, 1.69975e5, 3.0, 555.6), 0.0, 0.0179479937495975672, 0.989885741282060656),
         ] {
-            let reacted = |end_k| 1.0 - reaction.remaining(reaction.integral(3.1, 300.0, end_k));
+            let reacted = |end_k| 1.0 - reaction.remaining(reaction.integrated_rate_constant(3.1, 300.0, end_k));
             meets(reacted(380.0), at_380_k, 1e-12);
             meets(reacted(780.0), at_780_k, 1e-12);
             meets(reacted(1380.0), at_1380_k, 1e-12);
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn without_activation_energy_the_rate_is_constant() {
         let reaction = Arrhenius { rate_1_s: 0.01, activation_j_mol: 0.0, order: 1.0, onset_k: 0.0 };
-        meets(reaction.integral(2.0, 300.0, 400.0), 0.5, 1e-15);
+        meets(reaction.integrated_rate_constant(2.0, 300.0, 400.0), 0.5, 1e-15);
     }
 
     #[test]
@@ -135,8 +135,8 @@ mod tests {
         let printed =
             [(1.0, [6.7773427e-1, 2.8111147e-1, 4.1154256e-2]), (10.0, [2.0445346e-2, 1.6037066e-1, 8.1918399e-1])];
         for (time_s, expected) in printed {
-            let found = in_chain(0.389, 0.262, time_s);
-            let integrated = carried([1.0, 0.0, 0.0], 0.0..time_s, 1e-3, |_, [a, b, _]| {
+            let found = consecutive_reactions(0.389, 0.262, time_s);
+            let integrated = runge_kutta([1.0, 0.0, 0.0], 0.0..time_s, 1e-3, |_, [a, b, _]| {
                 [-0.389 * a, 0.389 * a - 0.262 * b, 0.262 * b]
             });
             for i in 0..3 {

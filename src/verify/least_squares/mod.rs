@@ -4,13 +4,13 @@
 //! Each residual function is written for complex numbers, so that the same code gives values and, by the complex-step
 //! method, derivatives to rounding: `∂r/∂P = Im r(P + ih)/h` (Squire & Trapp, SIAM Rev. 40, 1998).
 
-mod classics;
-mod nist;
-mod rows;
+mod more_garbow_hillstrom;
+mod nist_strd;
+mod verification_rows;
 
-pub use classics::classics;
-pub use nist::nist;
-pub(super) use rows::rows;
+pub use more_garbow_hillstrom::more_garbow_hillstrom;
+pub use nist_strd::nist_strd;
+pub(super) use verification_rows::verification_rows;
 
 use crate::fit::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
@@ -20,7 +20,7 @@ use std::convert::Infallible;
 pub type Complex = nalgebra::Complex<f64>;
 
 /// A least-squares test problem with its known solution.
-pub struct Known {
+pub struct TestProblem {
     /// Name in the reference.
     pub name: String,
     /// The standard start; for NIST problems the distant and the near start.
@@ -28,28 +28,28 @@ pub struct Known {
     /// Sums of squares at the known minima, the lowest first.
     pub minima: Vec<f64>,
     /// The certified solution, where there is one.
-    pub certified: Option<Certified>,
-    residuals: Law,
+    pub certified: Option<CertifiedValues>,
+    residuals: ResidualFunction,
 }
 
 /// Residuals at a point.
-type Law = Box<dyn Fn(&[Complex]) -> Vec<Complex> + Send + Sync>;
+type ResidualFunction = Box<dyn Fn(&[Complex]) -> Vec<Complex> + Send + Sync>;
 
 /// Values certified by NIST at the minimum.
-pub struct Certified {
+pub struct CertifiedValues {
     /// Estimates, one per variable.
     pub estimates: Vec<f64>,
     /// Standard deviations of the estimates.
-    pub deviations: Vec<f64>,
+    pub standard_deviations: Vec<f64>,
 }
 
 /// Complex step: its square is negligible relative to any residual.
-const STEP: f64 = 1e-100;
+const COMPLEX_STEP: f64 = 1e-100;
 
-impl Known {
+impl TestProblem {
     /// All starts with their names: for NIST problems the distant and the near one; else the standard start, and starts
     /// ten and a hundred times as far from zero. A standard start at zero is replaced by ten and a hundred.
-    pub fn every_start(&self) -> Vec<(String, Vec<f64>)> {
+    pub fn all_starts(&self) -> Vec<(String, Vec<f64>)> {
         if let [far, near] = &self.starts[..] {
             return vec![("far".to_owned(), far.clone()), ("near".to_owned(), near.clone())];
         }
@@ -75,10 +75,10 @@ impl Known {
         let mut at: Vec<Complex> = point.iter().map(|&value| real(value)).collect();
         let columns: Vec<DVector<f64>> = (0..point.len())
             .map(|j| {
-                at[j].im = STEP;
+                at[j].im = COMPLEX_STEP;
                 let moved = (self.residuals)(&at);
                 at[j].im = 0.0;
-                DVector::from_iterator(moved.len(), moved.iter().map(|value| value.im / STEP))
+                DVector::from_iterator(moved.len(), moved.iter().map(|value| value.im / COMPLEX_STEP))
             })
             .collect();
         Tangent { residuals: self.residuals(point), jacobian: DMatrix::from_columns(&columns) }
@@ -86,26 +86,26 @@ impl Known {
 }
 
 /// A test problem for the minimiser that counts its evaluations.
-pub struct Asked<'a> {
-    known: &'a Known,
+pub struct CountedProblem<'a> {
+    problem: &'a TestProblem,
     bounds: Vec<(f64, f64)>,
     /// Whether the problem supplies derivatives; else the minimiser uses finite differences.
-    tells: bool,
+    supplies_derivatives: bool,
     /// Number of points at which residuals were computed; a point with derivatives counts as a tangent only.
-    pub residuals: usize,
+    pub residual_evaluations: usize,
     /// Number of points at which derivatives were computed.
-    pub tangents: usize,
+    pub tangent_evaluations: usize,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> CountedProblem<'a> {
     /// The problem with or without its derivatives.
-    pub fn new(problem: &'a Known, supplies_derivatives: bool) -> Self {
+    pub fn new(problem: &'a TestProblem, supplies_derivatives: bool) -> Self {
         let bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); problem.starts[0].len()];
-        Self { known: problem, bounds, tells: supplies_derivatives, residuals: 0, tangents: 0 }
+        Self { problem, bounds, supplies_derivatives, residual_evaluations: 0, tangent_evaluations: 0 }
     }
 }
 
-impl LeastSquares for Asked<'_> {
+impl LeastSquares for CountedProblem<'_> {
     type Error = Infallible;
 
     fn bounds(&self) -> &[(f64, f64)] {
@@ -113,17 +113,17 @@ impl LeastSquares for Asked<'_> {
     }
 
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Infallible> {
-        self.residuals += points.ncols();
-        let columns: Vec<_> = points.column_iter().map(|point| self.known.residuals(point.as_slice())).collect();
+        self.residual_evaluations += points.ncols();
+        let columns: Vec<_> = points.column_iter().map(|point| self.problem.residuals(point.as_slice())).collect();
         Ok(DMatrix::from_columns(&columns))
     }
 
     fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Infallible> {
-        if !self.tells {
+        if !self.supplies_derivatives {
             return Ok(None);
         }
-        self.tangents += points.ncols();
-        Ok(Some(points.column_iter().map(|point| self.known.tangent(point.as_slice())).collect()))
+        self.tangent_evaluations += points.ncols();
+        Ok(Some(points.column_iter().map(|point| self.problem.tangent(point.as_slice())).collect()))
     }
 }
 

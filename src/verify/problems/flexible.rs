@@ -1,16 +1,17 @@
 //! A typical flexible heat shield, for orders and balances.
 
 use crate::case::{
-    Case, Emissivity, Estimate, Exposure, Face, Layup, OpenFace, Ply, Resolution, Schedule, Sensor, Side,
+    Case, Emissivity, EstimationSettings, Exposure, Face, Layup, OpenFace, Ply, Resolution, Schedule, Sensor, Side,
 };
-use crate::verify::problem::{clamped, material};
+use crate::verify::problem::{clamped_table, material};
 
 /// Two plies of ceramic fabric, two of aerogel felt and a gas barrier, with contacts, under a flux with hot-wall
 /// correction that ends at 41 s. The hot face radiates, the back is cooled. Properties are estimates, smooth enough for
 /// observed orders.
-pub fn layup() -> Case {
+pub fn flexible_layup() -> Case {
     let at_k: Vec<f64> = (0..=68).map(|i| 300.0 + 20.0 * f64::from(i)).collect();
-    let over = |value: &dyn Fn(f64) -> f64| clamped(at_k.clone(), at_k.iter().map(|&t| value(t / 300.0)).collect());
+    let over =
+        |value: &dyn Fn(f64) -> f64| clamped_table(at_k.clone(), at_k.iter().map(|&t| value(t / 300.0)).collect());
     let fabric = material(998.0, over(&|t| 760.0 * t.powf(0.33)), over(&|t| 0.083 * t.powf(0.35)));
     let felt = material(170.0, over(&|t| 890.0 * t.powf(0.2)), over(&|t| 0.0073 * t.powf(0.3) + 0.0022 * t.powi(3)));
     let barrier = material(886.0, over(&|t| 1250.0 * t.powf(0.5)), over(&|_| 0.1));
@@ -62,7 +63,7 @@ pub fn layup() -> Case {
         factors: Vec::new(),
         correlation: Default::default(),
         observations: Vec::new(),
-        estimate: Estimate::default(),
+        estimate: EstimationSettings::default(),
         paper_figures: Vec::new(),
         resolution: Resolution::default(),
     }

@@ -1,18 +1,22 @@
 //! Kinetics: isothermal slabs at a prescribed temperature or at their own.
 
 use super::REFINED;
-use crate::case::{Face, GasPath, PyrolysisHeat, Reaction, Schedule, Sequence, Table};
+use crate::case::{Face, GasFlowModel, PyrolysisHeat, Reaction, ReactionScheme, Schedule, Table};
 use crate::traces::Gauge;
 use crate::verify::Group::{self, Codes, Exact};
-use crate::verify::exact::carried;
-use crate::verify::exact::kinetics::{Arrhenius, in_chain};
-use crate::verify::problem::{Check, Measure, Point, Problem, Setting, gauged, insulated, material};
+use crate::verify::exact::kinetics::{Arrhenius, consecutive_reactions};
+use crate::verify::exact::runge_kutta;
+use crate::verify::problem::{
+    Check, ErrorScale, Problem, ProblemSetup, ReferencePoint, gauge_points, insulated_face, material,
+};
+use crate::verify::problem_materials::{
+    constant_gas, decomposition, gas, linear_enthalpy, reaction, unchanged_residue, with_decomposition,
+};
 use crate::verify::reference;
-use crate::verify::substance::{constant_gas, decomposing, gas, reacting, reaction, rising, unchanged};
 
 pub(super) fn problems() -> Vec<Problem> {
-    let mut problems = orders();
-    problems.extend([phenolic(), phenolic_in_components(), chain(), wandering()]);
+    let mut problems = reaction_orders();
+    problems.extend([phenolic(), phenolic_in_components(), chain(), chain_at_varying_temperature()]);
     problems.extend([cooled_by_reaction(false), cooled_by_reaction(true)]);
     problems
 }
@@ -35,29 +39,30 @@ pub(super) fn phenolic_reactions() -> Vec<Reaction> {
 /// Solid mass lost by parallel reactions in a temperature ramp from 300 K, kg/m².
 fn lost_kg_m2(reactions: &[Reaction], rise_k_s: f64, time_s: f64) -> f64 {
     let advanced = |reaction: &Reaction| {
-        let &Reaction { rate_1_s, activation_j_mol, order, onset_k, .. } = reaction;
+        let &Reaction { pre_exponential_1_s: rate_1_s, activation_j_mol, order, onset_temperature_k: onset_k, .. } =
+            reaction;
         let arrhenius = Arrhenius { rate_1_s, activation_j_mol, order, onset_k };
-        1.0 - arrhenius.remaining(arrhenius.integral(rise_k_s, 300.0, 300.0 + rise_k_s * time_s))
+        1.0 - arrhenius.remaining(arrhenius.integrated_rate_constant(rise_k_s, 300.0, 300.0 + rise_k_s * time_s))
     };
-    THICKNESS_M * DENSITY_KG_M3 * reactions.iter().map(|reaction| reaction.loss * advanced(reaction)).sum::<f64>()
+    THICKNESS_M * DENSITY_KG_M3 * reactions.iter().map(|reaction| reaction.mass_loss * advanced(reaction)).sum::<f64>()
 }
 
 /// A slab whose faces follow one temperature schedule; the inside lags by 1e-9 K.
-fn at(
+fn isothermal_slab(
     name: &str,
     group: Group,
     reactions: Vec<Reaction>,
-    sequence: Sequence,
+    sequence: ReactionScheme,
     temperature_k: Schedule,
     checks: Vec<Check>,
 ) -> Problem {
     let virgin = material(DENSITY_KG_M3, Table::constant(1000.0), Table::constant(1e6));
     let residues = match sequence {
-        Sequence::SideBySide => vec![unchanged(&virgin)],
-        Sequence::Chain => vec![unchanged(&virgin); reactions.len()],
+        ReactionScheme::Parallel => vec![unchanged_residue(&virgin)],
+        ReactionScheme::Consecutive => vec![unchanged_residue(&virgin); reactions.len()],
     };
-    let setting = Setting {
-        plies: vec![(decomposing(&virgin, reacting(sequence, reactions, residues)), THICKNESS_M)],
+    let setting = ProblemSetup {
+        plies: vec![(with_decomposition(&virgin, decomposition(sequence, reactions, residues)), THICKNESS_M)],
         start_k: temperature_k.values[0],
         hot_face: Face::Held(temperature_k.clone()),
         back_face: Face::Held(temperature_k),
@@ -65,17 +70,17 @@ fn at(
         first_step_s: 1e-2,
         growth: 1.0,
     };
-    Problem::new(group, name, setting, checks).seeped(GasPath::Unhindered, constant_gas(0.0))
+    Problem::new(group, name, setting, checks).with_gas_flow(GasFlowModel::Instantaneous, constant_gas(0.0))
 }
 
-fn rising_k(rise_k_s: f64, duration_s: f64) -> Schedule {
+fn temperature_ramp(rise_k_s: f64, duration_s: f64) -> Schedule {
     Schedule { times_s: vec![0.0, duration_s], values: vec![300.0, 300.0 + rise_k_s * duration_s] }
 }
 
 const COHEUR: &str = "exponential integral (Coheur et al. 2021)";
 
 /// One reaction of each order from 300 to 1000 K at 1 K/s. That of order 0.5 ends at a finite time.
-fn orders() -> Vec<Problem> {
+fn reaction_orders() -> Vec<Problem> {
     let problem = |(order, name)| {
         let arrhenius = Arrhenius { rate_1_s: 1e9, activation_j_mol: 150e3, order, onset_k: 0.0 };
         let reactions = vec![reaction(0.5, arrhenius, 0.0)];
@@ -83,12 +88,13 @@ fn orders() -> Vec<Problem> {
         let check = Check {
             reference: COHEUR,
             quantity: "mass lost, 600 to 1000 K",
-            points: gauged(Gauge::MassLost, &times_s, |time_s| lost_kg_m2(&reactions, 1.0, time_s)),
+            points: gauge_points(Gauge::MassLost, &times_s, |time_s| lost_kg_m2(&reactions, 1.0, time_s)),
             tolerance: 1e-6,
-            measure: Measure::ShareOf(0.5 * DENSITY_KG_M3 * THICKNESS_M),
+            measure: ErrorScale::RelativeTo(0.5 * DENSITY_KG_M3 * THICKNESS_M),
             source_of_tolerance: "1e-6 of the mass to lose, cells and steps refined to it; wide: f32 needs half of it",
         };
-        at(name, Exact, reactions, Sequence::SideBySide, rising_k(1.0, 700.0), vec![check]).stepped(0.02)
+        isothermal_slab(name, Exact, reactions, ReactionScheme::Parallel, temperature_ramp(1.0, 700.0), vec![check])
+            .with_equal_steps(0.02)
     };
     [
         (0.5, "one reaction of order 0.5"),
@@ -102,13 +108,13 @@ fn orders() -> Vec<Problem> {
 
 fn density_check(series: &'static str, reference: &'static str) -> Check {
     const FILE: &str = include_str!("../../../data/verification/tacot_kinetics.csv");
-    let lost = |point: Point| Point { value: THICKNESS_M * (DENSITY_KG_M3 - point.value), ..point };
+    let lost = |point: ReferencePoint| ReferencePoint { value: THICKNESS_M * (DENSITY_KG_M3 - point.value), ..point };
     Check {
         reference,
         quantity: "mass lost, 50 to 350 s",
-        points: reference::gauged(FILE, series, "density_kg_m3", Gauge::MassLost).into_iter().map(lost).collect(),
+        points: reference::gauge_points(FILE, series, "density_kg_m3", Gauge::MassLost).into_iter().map(lost).collect(),
         tolerance: 0.6 * THICKNESS_M,
-        measure: Measure::Plain,
+        measure: ErrorScale::Absolute,
         source_of_tolerance: "0.6 kg/m³ over 1 mm: PATO, first order with steps of 1 s, lags by up to 0.57 kg/m³",
     }
 }
@@ -118,9 +124,9 @@ fn exact_check(reactions: &[Reaction]) -> Check {
     Check {
         reference: COHEUR,
         quantity: "mass lost, 50 to 350 s",
-        points: gauged(Gauge::MassLost, &times_s, |time_s| lost_kg_m2(reactions, 3.1, time_s)),
+        points: gauge_points(Gauge::MassLost, &times_s, |time_s| lost_kg_m2(reactions, 3.1, time_s)),
         tolerance: 1e-6,
-        measure: Measure::ShareOf(60.0 * THICKNESS_M),
+        measure: ErrorScale::RelativeTo(60.0 * THICKNESS_M),
         source_of_tolerance: "1e-6 of the mass to lose, cells and steps refined to it; wide: f32 needs half of it",
     }
 }
@@ -129,7 +135,15 @@ fn exact_check(reactions: &[Reaction]) -> Check {
 fn phenolic() -> Problem {
     let reactions = phenolic_reactions();
     let checks = vec![exact_check(&reactions), density_check("PATO form", "PATO 3.1")];
-    at("TACOT at one temperature", Codes, reactions, Sequence::SideBySide, rising_k(3.1, 350.0), checks).stepped(0.02)
+    isothermal_slab(
+        "TACOT at one temperature",
+        Codes,
+        reactions,
+        ReactionScheme::Parallel,
+        temperature_ramp(3.1, 350.0),
+        checks,
+    )
+    .with_equal_steps(0.02)
 }
 
 /// The same in the form of CMA and FIAT: resin components A and B (300 to 0 and 900 to 600 kg/m³) fill half of the
@@ -151,8 +165,15 @@ fn phenolic_in_components() -> Problem {
     let reactions =
         vec![component(300.0, 0.0, 1.2e4, 8555.55, 333.33), component(900.0, 600.0, 4.48e9, 20_444.44, 555.55)];
     let checks = vec![exact_check(&reactions), density_check("FIAT form", "PATO 3.1, kinetics of FIAT")];
-    at("TACOT by component densities", Codes, reactions, Sequence::SideBySide, rising_k(3.1, 350.0), checks)
-        .stepped(0.02)
+    isothermal_slab(
+        "TACOT by component densities",
+        Codes,
+        reactions,
+        ReactionScheme::Parallel,
+        temperature_ramp(3.1, 350.0),
+        checks,
+    )
+    .with_equal_steps(0.02)
 }
 
 /// A → B → C at constant rates; each reaction loses a quarter of the virgin mass.
@@ -171,21 +192,21 @@ fn chain() -> Problem {
         quantity: "mass lost, 1 to 50 s",
         points,
         tolerance,
-        measure: Measure::ShareOf(0.5 * whole_kg_m2),
+        measure: ErrorScale::RelativeTo(0.5 * whole_kg_m2),
         source_of_tolerance,
     };
-    let place = |&(time_s, shares): &(f64, [f64; 3])| gauged(Gauge::MassLost, &[time_s], |_| lost(shares));
+    let place = |&(time_s, shares): &(f64, [f64; 3])| gauge_points(Gauge::MassLost, &[time_s], |_| lost(shares));
     let times_s = [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0];
-    at(
+    isothermal_slab(
         "two reactions in a chain",
         Codes,
         reactions,
-        Sequence::Chain,
+        ReactionScheme::Consecutive,
         Schedule::constant(600.0),
         vec![
             check(
                 "closed form",
-                gauged(Gauge::MassLost, &times_s, |time_s| lost(in_chain(0.389, 0.262, time_s))),
+                gauge_points(Gauge::MassLost, &times_s, |time_s| lost(consecutive_reactions(0.389, 0.262, time_s))),
                 1e-6,
                 REFINED,
             ),
@@ -197,12 +218,12 @@ fn chain() -> Problem {
             ),
         ],
     )
-    .stepped(2e-3)
+    .with_equal_steps(2e-3)
 }
 
 /// Two consecutive reactions while the temperature rises, rests, falls and rises again, against an independent
 /// integration.
-fn wandering() -> Problem {
+fn chain_at_varying_temperature() -> Problem {
     let first = Arrhenius { rate_1_s: 3e5, activation_j_mol: 85e3, order: 1.0, onset_k: 0.0 };
     let second = Arrhenius { rate_1_s: 2e7, activation_j_mol: 125e3, order: 2.0, onset_k: 0.0 };
     let temperature_k =
@@ -212,25 +233,29 @@ fn wandering() -> Problem {
     let mut points = Vec::new();
     for leg in 0..28 {
         let span_s = 2.5 * f64::from(leg)..2.5 * f64::from(leg + 1);
-        advanced = carried(advanced, span_s.clone(), 1e-3, |time_s, [one, two]| {
+        advanced = runge_kutta(advanced, span_s.clone(), 1e-3, |time_s, [one, two]| {
             let temperature_k = temperature_k.after(time_s);
             let left = one - two;
-            [first.constant_1_s(temperature_k) * (1.0 - one), second.constant_1_s(temperature_k) * left * left]
+            [
+                first.rate_constant_1_s(temperature_k) * (1.0 - one),
+                second.rate_constant_1_s(temperature_k) * left * left,
+            ]
         });
         let lost_kg_m2 = whole_kg_m2 * (0.3 * advanced[0] + 0.2 * advanced[1]);
-        points.extend(gauged(Gauge::MassLost, &[span_s.end], |_| lost_kg_m2));
+        points.extend(gauge_points(Gauge::MassLost, &[span_s.end], |_| lost_kg_m2));
     }
     let check = Check {
         reference: "Runge–Kutta of fourth order in steps of 1 ms",
         quantity: "mass lost, 2.5 to 70 s",
         points,
         tolerance: 1e-6,
-        measure: Measure::ShareOf(0.5 * whole_kg_m2),
+        measure: ErrorScale::RelativeTo(0.5 * whole_kg_m2),
         source_of_tolerance: REFINED,
     };
     let reactions = vec![reaction(0.3, first, 0.0), reaction(0.2, second, 0.0)];
     let name = "two reactions in a chain, varying temperature";
-    at(name, Exact, reactions, Sequence::Chain, temperature_k, vec![check]).stepped(2e-3)
+    isothermal_slab(name, Exact, reactions, ReactionScheme::Consecutive, temperature_k, vec![check])
+        .with_equal_steps(2e-3)
 }
 
 /// An adiabatic slab cooled by its own reaction. With one heat capacity c for solid and gas, and gas that leaves at the
@@ -242,12 +267,15 @@ fn cooled_by_reaction(is_absolute: bool) -> Problem {
     let temperature_k = |advanced: f64| start_k + heat_j_kg / capacity_j_kg_k * (1.0 - loss * advanced).ln();
     let times_s: Vec<f64> = (1..=10).map(|i| 3.0 * f64::from(i)).collect();
     let advanced = |time_s: f64| {
-        let rate = |_, [x]: [f64; 1]| [arrhenius.constant_1_s(temperature_k(x)) * (1.0 - x)];
-        carried([0.0], 0.0..time_s, 1e-3, rate)[0]
+        let rate = |_, [x]: [f64; 1]| [arrhenius.rate_constant_1_s(temperature_k(x)) * (1.0 - x)];
+        runge_kutta([0.0], 0.0..time_s, 1e-3, rate)[0]
     };
     let virgin = material(DENSITY_KG_M3, Table::constant(capacity_j_kg_k), Table::constant(1e6));
-    let mut decomposition =
-        reacting(Sequence::SideBySide, vec![reaction(loss, arrhenius, heat_j_kg)], vec![unchanged(&virgin)]);
+    let mut decomposition = decomposition(
+        ReactionScheme::Parallel,
+        vec![reaction(loss, arrhenius, heat_j_kg)],
+        vec![unchanged_residue(&virgin)],
+    );
     let mut gas_made = constant_gas(capacity_j_kg_k);
     if is_absolute {
         // Enthalpies of the solids at 0 K; the reaction takes (virgin − (1 − loss) char)/loss per kg of gas.
@@ -255,12 +283,12 @@ fn cooled_by_reaction(is_absolute: bool) -> Problem {
         let lost_j_kg = (virgin_j_kg - (1.0 - loss) * char_j_kg) / loss;
         let reference_k = 300.0;
         let sensible_j_kg = capacity_j_kg_k * reference_k;
-        decomposition.heat = PyrolysisHeat::Absolute {
+        decomposition.heat = PyrolysisHeat::AbsoluteEnthalpies {
             virgin_j_kg: virgin_j_kg + sensible_j_kg,
             residues_j_kg: vec![char_j_kg + sensible_j_kg],
             reference_k,
         };
-        let mut enthalpy = rising(capacity_j_kg_k);
+        let mut enthalpy = linear_enthalpy(capacity_j_kg_k);
         for value in &mut enthalpy.values {
             *value += lost_j_kg + heat_j_kg;
         }
@@ -276,21 +304,24 @@ fn cooled_by_reaction(is_absolute: bool) -> Problem {
         measure,
         source_of_tolerance: REFINED,
     };
-    let setting = Setting {
-        plies: vec![(decomposing(&virgin, decomposition), THICKNESS_M)],
+    let setting = ProblemSetup {
+        plies: vec![(with_decomposition(&virgin, decomposition), THICKNESS_M)],
         start_k,
-        hot_face: insulated(),
-        back_face: insulated(),
+        hot_face: insulated_face(),
+        back_face: insulated_face(),
         cells: 4,
         first_step_s: 1e-2,
         growth: 1.0,
     };
-    let temperatures = times_s.iter().map(|&time_s| Point::at(0.0, time_s, temperature_k(advanced(time_s)))).collect();
-    let masses = gauged(Gauge::MassLost, &times_s, |time_s| lost_kg_m2 * advanced(time_s));
+    let temperatures =
+        times_s.iter().map(|&time_s| ReferencePoint::at(0.0, time_s, temperature_k(advanced(time_s)))).collect();
+    let masses = gauge_points(Gauge::MassLost, &times_s, |time_s| lost_kg_m2 * advanced(time_s));
     let name = if is_absolute { "cooled by reaction, absolute heat" } else { "cooled by reaction, heat of reaction" };
     let checks = vec![
-        check("temperature, 3 to 30 s", temperatures, Measure::ShareOf(drop_k)),
-        check("mass lost, 3 to 30 s", masses, Measure::ShareOf(lost_kg_m2)),
+        check("temperature, 3 to 30 s", temperatures, ErrorScale::RelativeTo(drop_k)),
+        check("mass lost, 3 to 30 s", masses, ErrorScale::RelativeTo(lost_kg_m2)),
     ];
-    Problem::new(Exact, name, setting, checks).seeped(GasPath::Unhindered, gas_made).stepped(1e-3)
+    Problem::new(Exact, name, setting, checks)
+        .with_gas_flow(GasFlowModel::Instantaneous, gas_made)
+        .with_equal_steps(1e-3)
 }

@@ -3,7 +3,8 @@
 use super::{CELSIUS_K, CODES_WITHIN_1_K, REFINED, TALBOT};
 use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{
-    Check, Measure, Place, Point, Problem, Setting, constant, convected, heated, held, insulated, points,
+    Check, ErrorScale, Observable, Problem, ProblemSetup, ReferencePoint, constant_properties, convective_face,
+    heated_face, held_face, insulated_face, points,
 };
 use crate::verify::{exact, reference};
 
@@ -28,15 +29,15 @@ fn three_layers() -> Problem {
     Problem::new(
         Exact,
         "three layers, constant flux",
-        Setting {
+        ProblemSetup {
             plies: vec![
-                (constant(0.15, 1.36e6), 0.00102),
-                (constant(0.035, 1.1e5), 0.0254),
-                (constant(0.2, 1.6e6), 0.0005),
+                (constant_properties(0.15, 1.36e6), 0.00102),
+                (constant_properties(0.035, 1.1e5), 0.0254),
+                (constant_properties(0.2, 1.6e6), 0.0005),
             ],
             start_k: 300.0,
-            hot_face: heated(5e3),
-            back_face: insulated(),
+            hot_face: heated_face(5e3),
+            back_face: insulated_face(),
             cells: 1500,
             first_step_s: 1e-3,
             growth: 0.01,
@@ -46,7 +47,7 @@ fn three_layers() -> Problem {
             quantity: "6 depths, 1 to 1200 s",
             points: reference::points(FILE, "Talbot", 0.0),
             tolerance: 5e-6,
-            measure: Measure::ShareOf(1942.0),
+            measure: ErrorScale::RelativeTo(1942.0),
             source_of_tolerance: RESOLVED,
         }],
     )
@@ -59,15 +60,15 @@ fn three_layers_in_contact() -> Problem {
     let mut problem = Problem::new(
         Exact,
         "three layers with contacts, constant flux",
-        Setting {
+        ProblemSetup {
             plies: vec![
-                (constant(0.15, 1.36e6), 0.00102),
-                (constant(0.035, 1.1e5), 0.01),
-                (constant(0.2, 1.6e6), 0.0005),
+                (constant_properties(0.15, 1.36e6), 0.00102),
+                (constant_properties(0.035, 1.1e5), 0.01),
+                (constant_properties(0.2, 1.6e6), 0.0005),
             ],
             start_k: 300.0,
-            hot_face: heated(5e3),
-            back_face: insulated(),
+            hot_face: heated_face(5e3),
+            back_face: insulated_face(),
             cells: 1500,
             first_step_s: 1e-3,
             growth: 0.01,
@@ -77,7 +78,7 @@ fn three_layers_in_contact() -> Problem {
             quantity: "7 depths, 0.5 to 300 s",
             points: reference::points(FILE, "Talbot", 0.0),
             tolerance: 5e-6,
-            measure: Measure::ShareOf(692.0),
+            measure: ErrorScale::RelativeTo(692.0),
             source_of_tolerance: RESOLVED,
         }],
     );
@@ -94,20 +95,20 @@ fn two_slabs_in_contact() -> Problem {
     let temperature_k = |depth_m: f64, time_s: f64| {
         let fourier = conductivity_w_m_k / capacity_j_m3_k * time_s / (thickness_m * thickness_m);
         let gone = |from_contact_m: f64| {
-            0.5 * (hot_k - cold_k) * exact::convected(biot, fourier, from_contact_m / thickness_m)
+            0.5 * (hot_k - cold_k) * exact::convection(biot, fourier, from_contact_m / thickness_m)
         };
         if depth_m < thickness_m { hot_k - gone(thickness_m - depth_m) } else { cold_k + gone(depth_m - thickness_m) }
     };
     let depths_m = [0.0, 0.005, 0.008, 0.0095, 0.0105, 0.012, 0.015, 0.02];
-    let slab = constant(conductivity_w_m_k, capacity_j_m3_k);
+    let slab = constant_properties(conductivity_w_m_k, capacity_j_m3_k);
     let mut problem = Problem::new(
         Exact,
         "two slabs brought into contact",
-        Setting {
+        ProblemSetup {
             plies: vec![(slab.clone(), thickness_m), (slab, thickness_m)],
             start_k: hot_k,
-            hot_face: insulated(),
-            back_face: insulated(),
+            hot_face: insulated_face(),
+            back_face: insulated_face(),
             cells: 4000,
             first_step_s: 1e-4,
             growth: 0.004,
@@ -117,7 +118,7 @@ fn two_slabs_in_contact() -> Problem {
             quantity: "8 depths, 1 to 300 s",
             points: points(&depths_m, &[1.0, 5.0, 20.0, 60.0, 120.0, 300.0], temperature_k),
             tolerance: 1e-6,
-            measure: Measure::ShareOf(hot_k - cold_k),
+            measure: ErrorScale::RelativeTo(hot_k - cold_k),
             source_of_tolerance: REFINED,
         }],
     );
@@ -138,23 +139,23 @@ fn copper_on_iron() -> Problem {
         quantity,
         points,
         tolerance: 1.0,
-        measure: Measure::Plain,
+        measure: ErrorScale::Absolute,
         source_of_tolerance: CODES_WITHIN_1_K,
     };
     let exact = |quantity, points| Check {
         tolerance: 1e-4,
-        measure: Measure::ShareOf(600.0),
+        measure: ErrorScale::RelativeTo(600.0),
         source_of_tolerance: RELATIVE,
         ..check(TALBOT, quantity, points)
     };
     Problem::new(
         Codes,
         "copper on iron, faces held",
-        Setting {
-            plies: vec![(constant(401.0, 3.4392e6), 0.4), (constant(80.2, 3.5179e6), 0.4)],
+        ProblemSetup {
+            plies: vec![(constant_properties(401.0, 3.4392e6), 0.4), (constant_properties(80.2, 3.5179e6), 0.4)],
             start_k,
-            hot_face: held(start_k + 600.0),
-            back_face: held(start_k),
+            hot_face: held_face(start_k + 600.0),
+            back_face: held_face(start_k),
             cells: 1200,
             first_step_s: 1e-2,
             growth: 0.01,
@@ -171,13 +172,13 @@ fn copper_on_iron() -> Problem {
 }
 
 /// 10 mm of steel between two 20 mm layers of insulation; gas at 480 °C in front and 20 °C behind.
-fn steel_setting(growth: f64) -> Setting {
-    let insulation = constant(0.2, 200.0 * 1000.0);
-    Setting {
-        plies: vec![(insulation.clone(), 0.02), (constant(50.0, 7500.0 * 500.0), 0.01), (insulation, 0.02)],
+fn steel_setting(growth: f64) -> ProblemSetup {
+    let insulation = constant_properties(0.2, 200.0 * 1000.0);
+    ProblemSetup {
+        plies: vec![(insulation.clone(), 0.02), (constant_properties(50.0, 7500.0 * 500.0), 0.01), (insulation, 0.02)],
         start_k: CELSIUS_K + 20.0,
-        hot_face: convected(10.0, CELSIUS_K + 480.0),
-        back_face: convected(10.0, CELSIUS_K + 20.0),
+        hot_face: convective_face(10.0, CELSIUS_K + 480.0),
+        back_face: convective_face(10.0, CELSIUS_K + 20.0),
         cells: 400,
         first_step_s: 1.0,
         growth,
@@ -186,7 +187,7 @@ fn steel_setting(growth: f64) -> Setting {
 
 fn insulated_steel() -> Problem {
     // Without the values on the two interfaces, which FDS prints 1.9 °C off the line through all its other values.
-    let is_within_a_layer = |point: &Point| ![0.02, 0.03].map(Place::Depth).contains(&point.place);
+    let is_within_a_layer = |point: &ReferencePoint| ![0.02, 0.03].map(Observable::Depth).contains(&point.observable);
     const FILE: &str = include_str!("../../../data/verification/fds_insulated_steel_plate.csv");
     Problem::new(
         Codes,
@@ -197,7 +198,7 @@ fn insulated_steel() -> Problem {
             quantity: "16 depths, 36000 s",
             points: reference::points(FILE, "FDS", CELSIUS_K).into_iter().filter(is_within_a_layer).collect(),
             tolerance: 0.02,
-            measure: Measure::Plain,
+            measure: ErrorScale::Absolute,
             source_of_tolerance: "0.02 °C, the error of FDS in the steady state; wide: at 10 h it is smaller",
         }],
     )
@@ -207,7 +208,7 @@ fn insulated_steel() -> Problem {
 fn insulated_steel_at_rest() -> Problem {
     let flux_w_m2 = 460.0 / 0.4002;
     let after = |depth_m: f64, resistance_m2_k_w: f64| {
-        Point::at(depth_m, 200e3, CELSIUS_K + 480.0 - flux_w_m2 * resistance_m2_k_w)
+        ReferencePoint::at(depth_m, 200e3, CELSIUS_K + 480.0 - flux_w_m2 * resistance_m2_k_w)
     };
     Problem::new(
         Exact,
@@ -218,7 +219,7 @@ fn insulated_steel_at_rest() -> Problem {
             quantity: "faces and interfaces",
             points: vec![after(0.0, 0.1), after(0.02, 0.2), after(0.03, 0.2002), after(0.05, 0.3002)],
             tolerance: 1e-6,
-            measure: Measure::ShareOf(460.0),
+            measure: ErrorScale::RelativeTo(460.0),
             source_of_tolerance: "a finite-volume scheme is exact in the steady state; wide: f32 rounds to 1e-7",
         }],
     )

@@ -1,13 +1,13 @@
 //! Reference problems by family.
 
 pub mod charring;
+mod darcy_flow;
 pub mod flexible;
 mod holder;
 mod kinetics;
 mod layered;
 pub mod nonlinear;
 mod radiating;
-mod seeping;
 mod slab;
 mod tacot;
 
@@ -25,7 +25,7 @@ const CODES_WITHIN_1_K: &str = "1 K covers the codes' own errors against the exa
 const CELSIUS_K: f64 = 273.15;
 
 /// All problems, the simplest first.
-pub fn all() -> Vec<Problem> {
+pub fn all_problems() -> Vec<Problem> {
     [
         slab::problems(),
         layered::problems(),
@@ -33,7 +33,7 @@ pub fn all() -> Vec<Problem> {
         radiating::problems(),
         holder::problems(),
         kinetics::problems(),
-        seeping::problems(),
+        darcy_flow::problems(),
         charring::problems(),
         tacot::problems(),
     ]

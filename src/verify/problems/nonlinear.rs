@@ -4,7 +4,8 @@ use super::{CARSLAW_3_3, CARSLAW_3_8, CELSIUS_K, MOL, REFINED};
 use crate::case::{Emissivity, Face, Material, OpenFace, Schedule};
 use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{
-    Check, Measure, Problem, Setting, clamped, convected, heated, held, insulated, material, points,
+    Check, ErrorScale, Problem, ProblemSetup, clamped_table, convective_face, heated_face, held_face, insulated_face,
+    material, points,
 };
 use crate::verify::{exact, reference};
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 /// The problems of this module.
 pub fn problems() -> Vec<Problem> {
     let mut problems = kirchhoff();
-    problems.extend([heat_wave(), heating(), power_law(), tacot()]);
+    problems.extend([thermal_wave(), heating_code(), power_law(), tacot()]);
     problems
 }
 
@@ -26,8 +27,9 @@ const KIRCHHOFF_CONDUCTIVITY_W_M_K: f64 = 0.05;
 
 /// k = k₀ (1 + b (T − 300 K)) and ρc in proportion: three times as large at 1300 K, at constant diffusivity.
 pub fn kirchhoff_material() -> Arc<Material> {
-    let rising =
-        |at_start: f64| clamped(vec![300.0, 2000.0], vec![at_start, at_start * (1.0 + KIRCHHOFF_SLOPE_1_K * 1700.0)]);
+    let rising = |at_start: f64| {
+        clamped_table(vec![300.0, 2000.0], vec![at_start, at_start * (1.0 + KIRCHHOFF_SLOPE_1_K * 1700.0)])
+    };
     let capacity_j_m3_k = KIRCHHOFF_CONDUCTIVITY_W_M_K / KIRCHHOFF_DIFFUSIVITY_M2_S;
     material(50.0, rising(capacity_j_m3_k / 50.0), rising(KIRCHHOFF_CONDUCTIVITY_W_M_K))
 }
@@ -41,22 +43,22 @@ fn kirchhoff() -> Vec<Problem> {
         let temperature_k = |depth_m: f64, time_s: f64| {
             let fourier = KIRCHHOFF_DIFFUSIVITY_M2_S * time_s / (thickness_m * thickness_m);
             let theta_k = theta_k * rise(fourier, depth_m / thickness_m);
-            KIRCHHOFF_START_K + exact::untransformed_k(theta_k, KIRCHHOFF_SLOPE_1_K)
+            KIRCHHOFF_START_K + exact::inverse_kirchhoff_k(theta_k, KIRCHHOFF_SLOPE_1_K)
         };
         Check {
             reference,
             quantity: "11 depths, 5 to 1200 s",
             points: points(&depths_m, &times_s, temperature_k),
             tolerance: 1e-6,
-            measure: Measure::ShareOf(driving_k),
+            measure: ErrorScale::RelativeTo(driving_k),
             source_of_tolerance: REFINED,
         }
     };
-    let setting = |hot_face| Setting {
+    let setting = |hot_face| ProblemSetup {
         plies: vec![(kirchhoff_material(), thickness_m)],
         start_k: KIRCHHOFF_START_K,
         hot_face,
-        back_face: insulated(),
+        back_face: insulated_face(),
         cells: 4000,
         // The jump of 1000 K needs first steps that are shorter than the diffusion time of a cell.
         first_step_s: 3e-6,
@@ -69,21 +71,21 @@ fn kirchhoff() -> Vec<Problem> {
         Problem::new(
             Exact,
             "k(T), c(T), step of temperature",
-            setting(held(KIRCHHOFF_START_K + step_k)),
-            vec![check(CARSLAW_3_3, step_k, step_theta_k, exact::held)],
+            setting(held_face(KIRCHHOFF_START_K + step_k)),
+            vec![check(CARSLAW_3_3, step_k, step_theta_k, exact::face_temperature_step)],
         ),
         Problem::new(
             Exact,
             "k(T), c(T), constant flux",
-            setting(heated(flux_w_m2)),
-            vec![check(CARSLAW_3_8, flux_theta_k, flux_theta_k, exact::heated)],
+            setting(heated_face(flux_w_m2)),
+            vec![check(CARSLAW_3_8, flux_theta_k, flux_theta_k, exact::constant_flux)],
         ),
     ]
 }
 
 /// A thermal wave for k ∝ (T − 300 K)³ that travels at constant speed U into a material of zero conductivity:
 /// `T − 300 K = (3 U ρc (U t − x)/K)^(1/3)` (Zel'dovich and Barenblatt). Harmonic means of k would stall the front.
-fn heat_wave() -> Problem {
+fn thermal_wave() -> Problem {
     let (capacity_j_m3_k, coefficient, speed_m_s, base_k) = (2e5, 1e-7, 2e-4, 300.0);
     let rise_k = |ahead_m: f64| (3.0 * speed_m_s * capacity_j_m3_k / coefficient * ahead_m.max(0.0)).cbrt();
     let temperatures_k: Vec<f64> = (0..=60).map(|i| base_k + 5.0 * f64::from(i)).collect();
@@ -95,14 +97,18 @@ fn heat_wave() -> Problem {
     Problem::new(
         Exact,
         "travelling front, k ~ T³",
-        Setting {
+        ProblemSetup {
             plies: vec![(
-                material(1.0, clamped(vec![300.0], vec![capacity_j_m3_k]), clamped(temperatures_k, conductivities)),
+                material(
+                    1.0,
+                    clamped_table(vec![300.0], vec![capacity_j_m3_k]),
+                    clamped_table(temperatures_k, conductivities),
+                ),
                 0.025,
             )],
             start_k: base_k,
             hot_face: Face::Held(Schedule { times_s, values: face_k }),
-            back_face: insulated(),
+            back_face: insulated_face(),
             cells: 500,
             first_step_s: 0.01,
             growth: 0.1,
@@ -116,31 +122,31 @@ fn heat_wave() -> Problem {
                 ahead,
             ),
             tolerance: 0.002,
-            measure: Measure::ShareOf(288.45),
+            measure: ErrorScale::RelativeTo(288.45),
             source_of_tolerance: "the front moves cell by cell; a stalled front is off by more than half of the peak",
         }],
     )
 }
 
 /// The slab of HEATING's three bodies; cylinders and spheres are out of scope.
-fn heating() -> Problem {
+fn heating_code() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/heating_slab.csv");
     let at_k = || vec![CELSIUS_K, CELSIUS_K + 100.0, CELSIUS_K + 200.0];
     Problem::new(
         Codes,
         "k(T), c(T), convection",
-        Setting {
+        ProblemSetup {
             plies: vec![(
                 material(
                     10_000.0,
-                    clamped(at_k(), vec![1000.0, 1200.0, 1000.0]),
-                    clamped(at_k(), vec![0.10, 0.15, 0.20]),
+                    clamped_table(at_k(), vec![1000.0, 1200.0, 1000.0]),
+                    clamped_table(at_k(), vec![0.10, 0.15, 0.20]),
                 ),
                 0.01,
             )],
             start_k: CELSIUS_K,
-            hot_face: convected(10.0, CELSIUS_K + 700.0),
-            back_face: convected(10.0, CELSIUS_K),
+            hot_face: convective_face(10.0, CELSIUS_K + 700.0),
+            back_face: convective_face(10.0, CELSIUS_K),
             cells: 400,
             first_step_s: 1e-2,
             growth: 0.01,
@@ -150,7 +156,7 @@ fn heating() -> Problem {
             quantity: "both faces, 50 to 999 s",
             points: reference::points(FILE, "HEATING", CELSIUS_K),
             tolerance: 0.1,
-            measure: Measure::Plain,
+            measure: ErrorScale::Absolute,
             source_of_tolerance: "HEATING is within 0.07 K of a converged solution",
         }],
     )
@@ -160,20 +166,23 @@ fn power_law() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/power_law_slab.csv");
     let temperatures_k: Vec<f64> = (0..=160).map(|i| 300.0 + 5.0 * f64::from(i)).collect();
     let power = |at_300_k: f64, exponent: f64| {
-        clamped(temperatures_k.clone(), temperatures_k.iter().map(|t| at_300_k * (t / 300.0).powf(exponent)).collect())
+        clamped_table(
+            temperatures_k.clone(),
+            temperatures_k.iter().map(|t| at_300_k * (t / 300.0).powf(exponent)).collect(),
+        )
     };
     let check = |reference, series, tolerance, source_of_tolerance| Check {
         reference,
         quantity: "6 depths",
         points: reference::points(FILE, series, 0.0),
         tolerance,
-        measure: Measure::Plain,
+        measure: ErrorScale::Absolute,
         source_of_tolerance,
     };
     Problem::new(
         Codes,
         "power laws, radiating",
-        Setting {
+        ProblemSetup {
             plies: vec![(material(100.0, power(1000.0, 0.3), power(0.05, 1.5)), 0.025)],
             start_k: 300.0,
             hot_face: Face::Open(OpenFace {
@@ -182,7 +191,7 @@ fn power_law() -> Problem {
                 emissivity: Emissivity::Constant(0.9),
                 ..OpenFace::insulated()
             }),
-            back_face: insulated(),
+            back_face: insulated_face(),
             cells: 1000,
             first_step_s: 1e-3,
             growth: 0.01,
@@ -200,7 +209,11 @@ fn tacot() -> Problem {
     const VIRGIN: &str = include_str!("../../../data/verification/tacot_virgin.csv");
     let [temperatures_k, heat_capacity, conductivity] =
         <[Vec<f64>; 3]>::try_from(reference::columns(VIRGIN)).expect("the file has a column each");
-    let virgin = material(280.0, clamped(temperatures_k.clone(), heat_capacity), clamped(temperatures_k, conductivity));
+    let virgin = material(
+        280.0,
+        clamped_table(temperatures_k.clone(), heat_capacity),
+        clamped_table(temperatures_k, conductivity),
+    );
     let surface_k =
         Schedule { times_s: vec![0.0, 0.1, 60.0, 60.1, 120.0], values: vec![298.0, 1644.0, 1644.0, 298.0, 298.0] };
     let check = |reference, series, tolerance, source_of_tolerance| Check {
@@ -208,17 +221,17 @@ fn tacot() -> Problem {
         quantity: "9 depths",
         points: reference::points(FILE, series, 0.0),
         tolerance,
-        measure: Measure::Plain,
+        measure: ErrorScale::Absolute,
         source_of_tolerance,
     };
     Problem::new(
         Codes,
         "TACOT, surface held by a schedule",
-        Setting {
+        ProblemSetup {
             plies: vec![(virgin, 0.05)],
             start_k: 298.0,
             hot_face: Face::Held(surface_k),
-            back_face: insulated(),
+            back_face: insulated_face(),
             cells: 1000,
             first_step_s: 1e-3,
             growth: 0.01,

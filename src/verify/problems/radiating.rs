@@ -4,7 +4,8 @@ use super::{CELSIUS_K, MOL};
 use crate::case::{Emissivity, Face, OpenFace, Schedule};
 use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{
-    Check, Measure, Point, Problem, Setting, clamped, constant, convected, held, instead, insulated, material, points,
+    Check, ErrorScale, Problem, ProblemSetup, ReferencePoint, clamped_table, constant_properties, convective_face,
+    held_face, insulated_face, material, points, with_temperatures,
 };
 use crate::verify::{exact, reference};
 use std::f64::consts::PI;
@@ -16,12 +17,12 @@ pub(super) fn problems() -> Vec<Problem> {
 /// Conductivity of lumped plates: the Biot number of a few millimetres is below 1e-6.
 const LUMPED_W_M_K: f64 = 1e6;
 
-fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFace) -> Setting {
-    Setting {
-        plies: vec![(constant(LUMPED_W_M_K, capacity_j_m3_k), thickness_m)],
+fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFace) -> ProblemSetup {
+    ProblemSetup {
+        plies: vec![(constant_properties(LUMPED_W_M_K, capacity_j_m3_k), thickness_m)],
         start_k,
         hot_face: Face::Open(hot_face),
-        back_face: insulated(),
+        back_face: insulated_face(),
         cells: 4,
         first_step_s: 1e-4,
         growth: 0.002,
@@ -40,7 +41,7 @@ fn cooling() -> Problem {
     };
     let reached = |temperature_k: f64| {
         let time_s = exact::cooling_time_s(4860.0, emissivity, surroundings_k, start_k, temperature_k);
-        Point::at(0.0, time_s, temperature_k)
+        ReferencePoint::at(0.0, time_s, temperature_k)
     };
     Problem::new(
         Exact,
@@ -51,7 +52,7 @@ fn cooling() -> Problem {
             quantity: "1199 to 301 K",
             points: [1199.0, 1100.0, 1000.0, 800.0, 600.0, 500.0, 400.0, 350.0, 310.0, 301.0].map(reached).to_vec(),
             tolerance: 5e-6,
-            measure: Measure::ShareOf(start_k),
+            measure: ErrorScale::RelativeTo(start_k),
             source_of_tolerance: LUMPED_SOURCE,
         }],
     )
@@ -68,7 +69,7 @@ fn heating() -> Problem {
     };
     let reached = |temperature_k: f64| {
         let time_s = exact::heating_time_s(4860.0, emissivity, flux_w_m2, start_k, temperature_k);
-        Point::at(0.0, time_s, temperature_k)
+        ReferencePoint::at(0.0, time_s, temperature_k)
     };
     Problem::new(
         Exact,
@@ -79,7 +80,7 @@ fn heating() -> Problem {
             quantity: "310 to 990 K",
             points: [310.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 950.0, 980.0, 990.0].map(reached).to_vec(),
             tolerance: 5e-6,
-            measure: Measure::ShareOf(start_k),
+            measure: ErrorScale::RelativeTo(start_k),
             source_of_tolerance: LUMPED_SOURCE,
         }],
     )
@@ -88,23 +89,23 @@ fn heating() -> Problem {
 /// Steady bar of 0.1 m between a face held at 1000 K and one that radiates to 300 K; the heat capacity is free.
 fn nafems_t2() -> Problem {
     let (conductivity_w_m_k, thickness_m, held_k, emissivity, surroundings_k) = (55.6, 0.1, 1000.0, 0.98, 300.0);
-    let end = |temperature_k| vec![Point::at(thickness_m, 30e3, temperature_k)];
-    let end_k = exact::radiating_end_k(conductivity_w_m_k / thickness_m, held_k, emissivity, surroundings_k);
+    let end = |temperature_k| vec![ReferencePoint::at(thickness_m, 30e3, temperature_k)];
+    let end_k = exact::steady_radiating_face_k(conductivity_w_m_k / thickness_m, held_k, emissivity, surroundings_k);
     let check = |reference, temperature_k, tolerance, source_of_tolerance| Check {
         reference,
         quantity: "radiating end, steady",
         points: end(temperature_k),
         tolerance,
-        measure: Measure::Plain,
+        measure: ErrorScale::Absolute,
         source_of_tolerance,
     };
     Problem::new(
         Codes,
         "NAFEMS T2, radiating bar",
-        Setting {
-            plies: vec![(constant(conductivity_w_m_k, 3.6e6), thickness_m)],
+        ProblemSetup {
+            plies: vec![(constant_properties(conductivity_w_m_k, 3.6e6), thickness_m)],
             start_k: held_k,
-            hot_face: held(held_k),
+            hot_face: held_face(held_k),
             back_face: Face::Open(OpenFace {
                 emissivity: Emissivity::Constant(emissivity),
                 surroundings_k: Schedule::constant(surroundings_k),
@@ -139,17 +140,18 @@ fn nafems_t3() -> Problem {
     let times_s: Vec<f64> = (0..=4000).map(|i| 0.02 * f64::from(i)).collect();
     let face_k = times_s.iter().map(|t| CELSIUS_K + amplitude_k * (frequency_1_s * t).sin()).collect();
     let series_k = |depth_m: f64, time_s: f64| {
-        let wave = exact::held_sine(frequency_1_s / per_second, per_second * time_s, depth_m / thickness_m);
+        let wave =
+            exact::sinusoidal_face_temperature(frequency_1_s / per_second, per_second * time_s, depth_m / thickness_m);
         CELSIUS_K + amplitude_k * wave
     };
     Problem::new(
         Codes,
         "NAFEMS T3, sinusoidal face",
-        Setting {
-            plies: vec![(constant(conductivity_w_m_k, capacity_j_m3_k), thickness_m)],
+        ProblemSetup {
+            plies: vec![(constant_properties(conductivity_w_m_k, capacity_j_m3_k), thickness_m)],
             start_k: CELSIUS_K,
             hot_face: Face::Held(Schedule { times_s, values: face_k }),
-            back_face: held(CELSIUS_K),
+            back_face: held_face(CELSIUS_K),
             cells: 3000,
             first_step_s: 0.02,
             growth: 0.1,
@@ -158,9 +160,9 @@ fn nafems_t3() -> Problem {
             Check {
                 reference: "NAFEMS benchmarks, Rev. 3, 1990",
                 quantity: "20 mm, 32 s",
-                points: vec![Point::at(0.02, 32.0, CELSIUS_K + 36.60)],
+                points: vec![ReferencePoint::at(0.02, 32.0, CELSIUS_K + 36.60)],
                 tolerance: 0.005,
-                measure: Measure::Plain,
+                measure: ErrorScale::Absolute,
                 source_of_tolerance: "the target is printed to 0.01 °C",
             },
             Check {
@@ -168,7 +170,7 @@ fn nafems_t3() -> Problem {
                 quantity: "6 depths, 8 to 80 s",
                 points: points(&[0.01, 0.02, 0.03, 0.05, 0.07, 0.09], &[8.0, 16.0, 24.0, 32.0, 40.0, 80.0], series_k),
                 tolerance: 1e-6,
-                measure: Measure::ShareOf(amplitude_k),
+                measure: ErrorScale::RelativeTo(amplitude_k),
                 source_of_tolerance: "0.02 s segments follow the sine to 3e-7; cells and steps refined to 1e-6",
             },
         ],
@@ -181,13 +183,13 @@ const SFPE_SOURCE: &str = "values printed to 0.1 °C, up to 0.1 °C above the lu
 fn sfpe_checks(series: &str, start_k: f64, rate_k_s: impl Fn(f64, f64) -> f64) -> Vec<Check> {
     const FILE: &str = include_str!("../../../data/verification/sfpe_s02.csv");
     let printed = reference::points(FILE, series, CELSIUS_K);
-    let integrated = instead(&printed, |_, time_s| exact::lumped_k(start_k, time_s, &rate_k_s));
+    let integrated = with_temperatures(&printed, |_, time_s| exact::lumped_k(start_k, time_s, &rate_k_s));
     let check = |reference, points, tolerance, source_of_tolerance| Check {
         reference,
         quantity: "plate",
         points,
         tolerance,
-        measure: Measure::Plain,
+        measure: ErrorScale::Absolute,
         source_of_tolerance,
     };
     vec![
@@ -219,13 +221,13 @@ fn sfpe_case_1() -> Problem {
         ..OpenFace::insulated()
     };
     let rate_k_s = |time_s: f64, temperature_k: f64| {
-        let radiated_w_m2 = exact::black_w_m2(gas_k(time_s)) - exact::black_w_m2(temperature_k);
+        let radiated_w_m2 = exact::blackbody_w_m2(gas_k(time_s)) - exact::blackbody_w_m2(temperature_k);
         (film_w_m2_k * (gas_k(time_s) - temperature_k) + emissivity * radiated_w_m2) / (capacity_j_m3_k * thickness_m)
     };
     Problem::new(
         Codes,
         "SFPE S.02 case 1, plate in a fire",
-        Setting { first_step_s: 0.5, ..plate(thickness_m, capacity_j_m3_k, start_k, fire) },
+        ProblemSetup { first_step_s: 0.5, ..plate(thickness_m, capacity_j_m3_k, start_k, fire) },
         sfpe_checks("case 1", start_k, rate_k_s),
     )
 }
@@ -243,7 +245,7 @@ fn sfpe_case_2() -> Problem {
         ..OpenFace::insulated()
     };
     let rate_k_s = |_, temperature_k: f64| {
-        let radiated_w_m2 = incident_w_m2 - exact::black_w_m2(temperature_k);
+        let radiated_w_m2 = incident_w_m2 - exact::blackbody_w_m2(temperature_k);
         (emissivity * radiated_w_m2 + film_w_m2_k * (start_k - temperature_k)) / (capacity_j_m3_k * thickness_m)
     };
     Problem::new(
@@ -260,8 +262,8 @@ fn kaowool() -> Problem {
     let celsius = |degrees: &[f64]| degrees.iter().map(|t| CELSIUS_K + t).collect::<Vec<_>>();
     let board = material(
         256.0,
-        clamped(celsius(&[26.85, 226.85, 526.85, 626.85, 1326.85]), vec![765.3, 1021.1, 1212.8, 1171.1, 1283.4]),
-        clamped(celsius(&[260.0, 538.0, 816.0, 1093.0]), vec![0.0576, 0.085, 0.125, 0.183]),
+        clamped_table(celsius(&[26.85, 226.85, 526.85, 626.85, 1326.85]), vec![765.3, 1021.1, 1212.8, 1171.1, 1283.4]),
+        clamped_table(celsius(&[260.0, 538.0, 816.0, 1093.0]), vec![0.0576, 0.085, 0.125, 0.183]),
     );
     let shares = [0.940, 0.960, 0.983, 0.995, 0.999, 1.0];
     let starts_s = [0.0, 10.0, 60.0, 120.0, 180.0, 240.0];
@@ -274,7 +276,7 @@ fn kaowool() -> Problem {
     Problem::new(
         Codes,
         "Kaowool PM, 50 kW/m²",
-        Setting {
+        ProblemSetup {
             plies: vec![(board, 0.0286)],
             start_k: room_k,
             hot_face: Face::Open(OpenFace {
@@ -285,7 +287,7 @@ fn kaowool() -> Problem {
                 surroundings_k: Schedule::constant(room_k),
                 ..OpenFace::insulated()
             }),
-            back_face: convected(10.0, room_k),
+            back_face: convective_face(10.0, room_k),
             cells: 300,
             first_step_s: 1e-2,
             growth: 0.02,
@@ -295,7 +297,7 @@ fn kaowool() -> Problem {
             quantity: "5.72 and 11.44 mm, 1200 s",
             points: reference::points(FILE, "converged", 0.0),
             tolerance: 0.5,
-            measure: Measure::Plain,
+            measure: ErrorScale::Absolute,
             source_of_tolerance: "0.3 K between ambient temperatures of 290 and 293 K; printed to 0.1 K",
         }],
     )

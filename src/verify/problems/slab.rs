@@ -4,7 +4,8 @@ use super::{CARSLAW_3_3, CARSLAW_3_8, CARSLAW_3_10, CELSIUS_K, CODES_WITHIN_1_K,
 use crate::case::{Face, OpenFace, Schedule};
 use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{
-    Check, Measure, Problem, Setting, constant, convected, heated, held, instead, insulated, points,
+    Check, ErrorScale, Problem, ProblemSetup, constant_properties, convective_face, heated_face, held_face,
+    insulated_face, points, with_temperatures,
 };
 use crate::verify::{exact, reference};
 
@@ -27,9 +28,9 @@ pub(super) fn problems() -> Vec<Problem> {
 }
 
 /// The slab of this module, resolved to 1e-6 from the first second on.
-fn setting(hot_face: Face, back_face: Face) -> Setting {
-    Setting {
-        plies: vec![(constant(CONDUCTIVITY_W_M_K, CONDUCTIVITY_W_M_K / DIFFUSIVITY_M2_S), THICKNESS_M)],
+fn setting(hot_face: Face, back_face: Face) -> ProblemSetup {
+    ProblemSetup {
+        plies: vec![(constant_properties(CONDUCTIVITY_W_M_K, CONDUCTIVITY_W_M_K / DIFFUSIVITY_M2_S), THICKNESS_M)],
         start_k: START_K,
         hot_face,
         back_face,
@@ -50,7 +51,7 @@ fn closed_form(reference: &'static str, driving_k: f64, rise: impl Fn(f64, f64) 
         quantity: "11 depths, 1 to 1200 s",
         points: points(&depths_m, &TIMES_S, temperature_k),
         tolerance: 1e-6,
-        measure: Measure::ShareOf(driving_k),
+        measure: ErrorScale::RelativeTo(driving_k),
         source_of_tolerance: REFINED,
     }
 }
@@ -66,20 +67,20 @@ fn slabs() -> Vec<Problem> {
         Problem::new(
             Exact,
             "slab, step of temperature",
-            setting(held(gas_k), insulated()),
-            vec![closed_form(CARSLAW_3_3, STEP_K, exact::held)],
+            setting(held_face(gas_k), insulated_face()),
+            vec![closed_form(CARSLAW_3_3, STEP_K, exact::face_temperature_step)],
         ),
         Problem::new(
             Exact,
             "slab, constant flux",
-            setting(heated(flux_w_m2), insulated()),
-            vec![closed_form(CARSLAW_3_8, flux_k, exact::heated)],
+            setting(heated_face(flux_w_m2), insulated_face()),
+            vec![closed_form(CARSLAW_3_8, flux_k, exact::constant_flux)],
         ),
         Problem::new(
             Exact,
             "slab, convection",
-            setting(convected(film_w_m2_k, gas_k), insulated()),
-            vec![closed_form(CARSLAW_3_10, STEP_K, |fourier, depth| exact::convected(biot, fourier, depth))],
+            setting(convective_face(film_w_m2_k, gas_k), insulated_face()),
+            vec![closed_form(CARSLAW_3_10, STEP_K, |fourier, depth| exact::convection(biot, fourier, depth))],
         ),
     ]
 }
@@ -95,38 +96,38 @@ fn half_spaces() -> Vec<Problem> {
             START_K + rise_k(depth_m, (DIFFUSIVITY_M2_S * time_s).sqrt())
         }),
         tolerance: 1e-6,
-        measure: Measure::ShareOf(driving_k),
+        measure: ErrorScale::RelativeTo(driving_k),
         source_of_tolerance: REFINED,
     };
-    let thick = |hot_face| Setting {
-        plies: vec![(constant(CONDUCTIVITY_W_M_K, CONDUCTIVITY_W_M_K / DIFFUSIVITY_M2_S), 0.09)],
+    let thick = |hot_face| ProblemSetup {
+        plies: vec![(constant_properties(CONDUCTIVITY_W_M_K, CONDUCTIVITY_W_M_K / DIFFUSIVITY_M2_S), 0.09)],
         cells: 9000,
         first_step_s: 1e-3,
-        ..setting(hot_face, insulated())
+        ..setting(hot_face, insulated_face())
     };
     let gradient_k_m = flux_w_m2 / CONDUCTIVITY_W_M_K;
     let step = |depth_m: f64, reach_m: f64| STEP_K * exact::erfc(depth_m / (2.0 * reach_m));
-    let flux = |depth_m: f64, reach_m: f64| exact::half_space_heated(gradient_k_m, depth_m, reach_m);
+    let flux = |depth_m: f64, reach_m: f64| exact::half_space_flux(gradient_k_m, depth_m, reach_m);
     let film = |depth_m: f64, reach_m: f64| {
-        STEP_K * exact::half_space_convected(film_w_m2_k / CONDUCTIVITY_W_M_K, depth_m, reach_m)
+        STEP_K * exact::half_space_convection(film_w_m2_k / CONDUCTIVITY_W_M_K, depth_m, reach_m)
     };
     vec![
         Problem::new(
             Exact,
             "half space, step of temperature",
-            thick(held(START_K + STEP_K)),
+            thick(held_face(START_K + STEP_K)),
             vec![form("Carslaw and Jaeger 1959, §2.5", STEP_K, &step)],
         ),
         Problem::new(
             Exact,
             "half space, constant flux",
-            thick(heated(flux_w_m2)),
+            thick(heated_face(flux_w_m2)),
             vec![form("Carslaw and Jaeger 1959, §2.9", 1000.0, &flux)],
         ),
         Problem::new(
             Exact,
             "half space, convection",
-            thick(convected(film_w_m2_k, START_K + STEP_K)),
+            thick(convective_face(film_w_m2_k, START_K + STEP_K)),
             vec![form("Carslaw and Jaeger 1959, §2.7", STEP_K, &film)],
         ),
     ]
@@ -137,17 +138,17 @@ fn half_spaces() -> Vec<Problem> {
 fn triangular_flux() -> Problem {
     let unit_k = 1000.0;
     let triangle = |t: f64, depth: f64| {
-        exact::ramped(t, depth) - 2.0 * exact::ramped(t - 0.6, depth) + exact::ramped(t - 1.2, depth)
+        exact::ramped_flux(t, depth) - 2.0 * exact::ramped_flux(t - 0.6, depth) + exact::ramped_flux(t - 1.2, depth)
     };
     let flux_w_m2 = Schedule { times_s: vec![0.0, 0.6, 1.2], values: vec![0.0, 0.6 * unit_k, 0.0] };
     Problem::new(
         Exact,
         "slab, triangular flux",
-        Setting {
-            plies: vec![(constant(1.0, 1.0), 1.0)],
+        ProblemSetup {
+            plies: vec![(constant_properties(1.0, 1.0), 1.0)],
             start_k: START_K,
             hot_face: Face::Open(OpenFace { flux_w_m2, ..OpenFace::insulated() }),
-            back_face: insulated(),
+            back_face: insulated_face(),
             cells: 1000,
             first_step_s: 1e-5,
             growth: 0.01,
@@ -159,7 +160,7 @@ fn triangular_flux() -> Problem {
                 START_K + unit_k * triangle(time, depth)
             }),
             tolerance: 1e-6,
-            measure: Measure::ShareOf(unit_k),
+            measure: ErrorScale::RelativeTo(unit_k),
             source_of_tolerance: REFINED,
         }],
     )
@@ -172,7 +173,7 @@ fn exactpack() -> Vec<Problem> {
         quantity: "11 depths, 1 to 300 s",
         points: reference::points(FILE, series, shift_k),
         tolerance: 1e-6,
-        measure: Measure::ShareOf(driving_k),
+        measure: ErrorScale::RelativeTo(driving_k),
         source_of_tolerance: REFINED,
     };
     let flux_w_m2 = 1e5 * CONDUCTIVITY_W_M_K;
@@ -182,19 +183,19 @@ fn exactpack() -> Vec<Problem> {
         Problem::new(
             Codes,
             "slab, both faces held",
-            setting(held(1500.0), held(START_K)),
+            setting(held_face(1500.0), held_face(START_K)),
             vec![check("both faces held", 0.0, STEP_K)],
         ),
         Problem::new(
             Codes,
             "slab, held and insulated",
-            setting(held(1500.0), insulated()),
+            setting(held_face(1500.0), insulated_face()),
             vec![check("held and insulated", 0.0, STEP_K)],
         ),
         Problem::new(
             Codes,
             "slab, flux through",
-            Setting { start_k: START_K + shift_k, ..setting(heated(flux_w_m2), heated(-flux_w_m2)) },
+            ProblemSetup { start_k: START_K + shift_k, ..setting(heated_face(flux_w_m2), heated_face(-flux_w_m2)) },
             vec![check("flux through", shift_k, flux_w_m2 * THICKNESS_M / CONDUCTIVITY_W_M_K)],
         ),
     ]
@@ -208,18 +209,18 @@ fn fds_convection() -> Vec<Problem> {
         let thickness_m = 0.1;
         let biot = film_w_m2_k * thickness_m / conductivity_w_m_k;
         let printed = reference::points(FILE, series, CELSIUS_K);
-        let formula = instead(&printed, |depth_m, time_s| {
+        let formula = with_temperatures(&printed, |depth_m, time_s| {
             let fourier = DIFFUSIVITY_M2_S * time_s / (thickness_m * thickness_m);
-            CELSIUS_K + 20.0 + 100.0 * exact::convected(biot, fourier, depth_m / thickness_m)
+            CELSIUS_K + 20.0 + 100.0 * exact::convection(biot, fourier, depth_m / thickness_m)
         });
         Problem::new(
             Codes,
             &format!("slab, convection, Bi {biot}"),
-            Setting {
-                plies: vec![(constant(conductivity_w_m_k, capacity_j_m3_k), thickness_m)],
+            ProblemSetup {
+                plies: vec![(constant_properties(conductivity_w_m_k, capacity_j_m3_k), thickness_m)],
                 start_k: CELSIUS_K + 20.0,
-                hot_face: convected(film_w_m2_k, CELSIUS_K + 120.0),
-                back_face: insulated(),
+                hot_face: convective_face(film_w_m2_k, CELSIUS_K + 120.0),
+                back_face: insulated_face(),
                 cells: 3000,
                 first_step_s: 1e-2,
                 growth: 0.004,
@@ -230,7 +231,7 @@ fn fds_convection() -> Vec<Problem> {
                     quantity: "6 depths",
                     points: printed,
                     tolerance: 0.005,
-                    measure: Measure::Plain,
+                    measure: ErrorScale::Absolute,
                     source_of_tolerance: "the table is printed to 0.01 °C",
                 },
                 Check {
@@ -238,7 +239,7 @@ fn fds_convection() -> Vec<Problem> {
                     quantity: "6 depths",
                     points: formula,
                     tolerance: 1e-6,
-                    measure: Measure::ShareOf(100.0),
+                    measure: ErrorScale::RelativeTo(100.0),
                     source_of_tolerance: REFINED,
                 },
             ],
@@ -250,16 +251,17 @@ fn fds_convection() -> Vec<Problem> {
 fn fds_cooling() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/fds_convective_cooling.csv");
     let printed = reference::points(FILE, "FDS", CELSIUS_K);
-    let formula =
-        instead(&printed, |depth_m, time_s| CELSIUS_K + 1000.0 * (1.0 - exact::convected(1.0, 1e-3 * time_s, depth_m)));
+    let formula = with_temperatures(&printed, |depth_m, time_s| {
+        CELSIUS_K + 1000.0 * (1.0 - exact::convection(1.0, 1e-3 * time_s, depth_m))
+    });
     Problem::new(
         Codes,
         "slab, cooled by convection",
-        Setting {
-            plies: vec![(constant(1.0, 1000.0), 1.0)],
+        ProblemSetup {
+            plies: vec![(constant_properties(1.0, 1000.0), 1.0)],
             start_k: CELSIUS_K + 1000.0,
-            hot_face: convected(1.0, CELSIUS_K),
-            back_face: insulated(),
+            hot_face: convective_face(1.0, CELSIUS_K),
+            back_face: insulated_face(),
             cells: 2000,
             first_step_s: 1e-2,
             growth: 0.004,
@@ -270,7 +272,7 @@ fn fds_cooling() -> Problem {
                 quantity: "back face",
                 points: printed,
                 tolerance: 0.05,
-                measure: Measure::Plain,
+                measure: ErrorScale::Absolute,
                 source_of_tolerance: "the table is printed to 0.1 °C",
             },
             Check {
@@ -278,7 +280,7 @@ fn fds_cooling() -> Problem {
                 quantity: "back face",
                 points: formula,
                 tolerance: 1e-6,
-                measure: Measure::ShareOf(1000.0),
+                measure: ErrorScale::RelativeTo(1000.0),
                 source_of_tolerance: REFINED,
             },
         ],
@@ -293,18 +295,18 @@ fn tmap8() -> Vec<Problem> {
         quantity,
         points: reference::points(file, "TMAP8", 0.0),
         tolerance: 1.0,
-        measure: Measure::Plain,
+        measure: ErrorScale::Absolute,
         source_of_tolerance: CODES_WITHIN_1_K,
     };
     vec![
         Problem::new(
             Codes,
             "slab of 4 m, faces held",
-            Setting {
-                plies: vec![(constant(10.0, 10.0), 4.0)],
+            ProblemSetup {
+                plies: vec![(constant_properties(10.0, 10.0), 4.0)],
                 start_k: 300.0,
-                hot_face: held(400.0),
-                back_face: held(300.0),
+                hot_face: held_face(400.0),
+                back_face: held_face(300.0),
                 cells: 400,
                 first_step_s: 1e-4,
                 growth: 0.02,
@@ -314,11 +316,11 @@ fn tmap8() -> Vec<Problem> {
         Problem::new(
             Codes,
             "copper under a gas",
-            Setting {
-                plies: vec![(constant(401.0, 3.439e6), 3.2)],
+            ProblemSetup {
+                plies: vec![(constant_properties(401.0, 3.439e6), 3.2)],
                 start_k: 100.0,
-                hot_face: convected(200.0, 500.0),
-                back_face: insulated(),
+                hot_face: convective_face(200.0, 500.0),
+                back_face: insulated_face(),
                 cells: 1000,
                 first_step_s: 1e-2,
                 growth: 0.02,

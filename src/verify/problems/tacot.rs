@@ -3,17 +3,20 @@
 use super::MOL;
 use super::kinetics::phenolic_reactions;
 use crate::case::{
-    Decomposition, Face, Gas, GasPath, Material, Pores, PyrolysisHeat, Residue, Resolution, Schedule, Sequence,
+    Decomposition, Face, Gas, GasFlowModel, Material, Pores, PyrolysisHeat, ReactionScheme, Residue, Resolution,
+    Schedule,
 };
 use crate::traces::Gauge;
 use crate::verify::Group::Codes;
-use crate::verify::problem::{Check, Measure, Place, Point, Problem, Setting, clamped, insulated, material};
+use crate::verify::problem::{
+    Check, ErrorScale, Observable, Problem, ProblemSetup, ReferencePoint, clamped_table, insulated_face, material,
+};
+use crate::verify::problem_materials::{decomposition, gas, pressure_independent, with_decomposition, with_pores};
 use crate::verify::reference;
-use crate::verify::substance::{conducting, decomposing, gas, porous, reacting};
 use std::sync::Arc;
 
 pub(super) fn problems() -> Vec<Problem> {
-    vec![held()]
+    vec![held_face()]
 }
 
 /// TACOT 3.0 and its equilibrium pyrolysis gas at one atmosphere.
@@ -23,28 +26,28 @@ fn tacot() -> (Arc<Material>, Arc<Gas>) {
     const GAS: &str = include_str!("../../../data/verification/tacot_gas.csv");
     let columns = "the file has a column each";
     let [at_k, heat_capacity, conductivity] = <[_; 3]>::try_from(reference::columns(VIRGIN)).expect(columns);
-    let pores = |porosity, permeability_m2| Pores { porosity, permeability_m2, ..Pores::SEALED };
-    let virgin = material(280.0, clamped(at_k.clone(), heat_capacity), clamped(at_k, conductivity));
-    let virgin = porous(&virgin, pores(0.8, 1.6e-11));
+    let pores = |porosity, permeability_m2| Pores { porosity, permeability_m2, ..Pores::IMPERMEABLE };
+    let virgin = material(280.0, clamped_table(at_k.clone(), heat_capacity), clamped_table(at_k, conductivity));
+    let virgin = with_pores(&virgin, pores(0.8, 1.6e-11));
     let [at_k, heat_capacity, conductivity, emissivity] = <[_; 4]>::try_from(reference::columns(CHAR)).expect(columns);
     let char = Residue {
         name: "char".to_owned(),
-        heat_capacity: clamped(at_k.clone(), heat_capacity),
-        conductivity: conducting(clamped(at_k.clone(), conductivity)),
-        emissivity: clamped(at_k, emissivity),
+        heat_capacity: clamped_table(at_k.clone(), heat_capacity),
+        conductivity: pressure_independent(clamped_table(at_k.clone(), conductivity)),
+        emissivity: clamped_table(at_k, emissivity),
         pores: pores(0.85, 2e-11),
     };
     let [at_k, molar_mass, enthalpy, viscosity] = <[_; 4]>::try_from(reference::columns(GAS)).expect(columns);
     let decomposition = Decomposition {
-        heat: PyrolysisHeat::Absolute { virgin_j_kg: -857e3, residues_j_kg: vec![0.0], reference_k: 298.0 },
-        ..reacting(Sequence::SideBySide, phenolic_reactions(), vec![char])
+        heat: PyrolysisHeat::AbsoluteEnthalpies { virgin_j_kg: -857e3, residues_j_kg: vec![0.0], reference_k: 298.0 },
+        ..decomposition(ReactionScheme::Parallel, phenolic_reactions(), vec![char])
     };
-    let over = |values| clamped(at_k.clone(), values);
-    (decomposing(&virgin, decomposition), gas(over(molar_mass), over(enthalpy), over(viscosity)))
+    let over = |values| clamped_table(at_k.clone(), values);
+    (with_decomposition(&virgin, decomposition), gas(over(molar_mass), over(enthalpy), over(viscosity)))
 }
 
 /// Test case 1.0 of the Ablation Workshop: 50 mm from 300 K, the face at 1644 K within 0.1 s, the back sealed.
-fn held() -> Problem {
+fn held_face() -> Problem {
     const HEAT: &str = include_str!("../../../data/verification/tacot_held.csv");
     const GAS: &str = include_str!("../../../data/verification/tacot_held_gas.csv");
     let converged = |quantity, points, tolerance, measure, source_of_tolerance| Check {
@@ -61,35 +64,35 @@ fn held() -> Problem {
             "8 depths, 1 to 60 s",
             reference::points(HEAT, "converged", 0.0),
             0.3,
-            Measure::Plain,
+            ErrorScale::Absolute,
             "600 graded cells; doubling from 300 changes it by 0.07 K; PATO is within 0.32 K from 5 s on",
         ),
         converged(
             "gas flux, 5 to 60 s",
-            reference::gauged(GAS, "converged", flux, Gauge::GasFlux),
+            reference::gauge_points(GAS, "converged", flux, Gauge::GasFlux),
             0.005,
-            Measure::Relative,
+            ErrorScale::Relative,
             "PATO is within 0.13 %; four times that for a march adapted to 0.05 K",
         ),
         converged(
             "98 % virgin, 5 to 60 s",
-            reference::gauged(GAS, "converged", virgin, Gauge::VirginFront),
+            reference::gauge_points(GAS, "converged", virgin, Gauge::VirginFront),
             0.03e-3,
-            Measure::Plain,
+            ErrorScale::Absolute,
             "a third of the 0.1 mm by which PATO and FIAT differ at 60 s",
         ),
         converged(
             "2 % virgin, 8 to 60 s",
-            reference::gauged(GAS, "converged", char, Gauge::CharFront),
+            reference::gauge_points(GAS, "converged", char, Gauge::CharFront),
             0.025e-3,
-            Measure::Plain,
+            ErrorScale::Absolute,
             "PATO is within 0.025 mm; wide: fronts are interpolated between cells of 0.1 mm and more",
         ),
         converged(
             "largest pressure, 5 to 60 s",
-            overpressure(reference::gauged(GAS, "converged", "overpressure_pa", Gauge::PeakPressure)),
+            overpressure(reference::gauge_points(GAS, "converged", "overpressure_pa", Gauge::PeakPressure)),
             1.5,
-            Measure::Plain,
+            ErrorScale::Absolute,
             "0.25 % of an overpressure of 600 Pa: half of the tolerance of the flux that drives it",
         ),
         Check {
@@ -97,44 +100,55 @@ fn held() -> Problem {
             quantity: "8 depths, 60 s",
             points: reference::points(HEAT, "PATO", 0.0),
             tolerance: 1.0,
-            measure: Measure::Plain,
+            measure: ErrorScale::Absolute,
             source_of_tolerance: "first order in time on 100 graded cells: within 0.32 K of convergence from 5 s on",
         },
-        fiat("gas flux, 5 to 60 s", reference::gauged(GAS, "FIAT", flux, Gauge::GasFlux), 0.03, Measure::Relative),
+        fiat(
+            "gas flux, 5 to 60 s",
+            reference::gauge_points(GAS, "FIAT", flux, Gauge::GasFlux),
+            0.03,
+            ErrorScale::Relative,
+        ),
         fiat(
             "98 % virgin, 5 to 60 s",
-            reference::gauged(GAS, "FIAT", virgin, Gauge::VirginFront),
+            reference::gauge_points(GAS, "FIAT", virgin, Gauge::VirginFront),
             0.15e-3,
-            Measure::Plain,
+            ErrorScale::Absolute,
         ),
-        fiat("2 % virgin, 10 to 60 s", reference::gauged(GAS, "FIAT", char, Gauge::CharFront), 0.15e-3, Measure::Plain),
+        fiat(
+            "2 % virgin, 10 to 60 s",
+            reference::gauge_points(GAS, "FIAT", char, Gauge::CharFront),
+            0.15e-3,
+            ErrorScale::Absolute,
+        ),
     ];
     checks.extend(fiat_depths(&reference::points(HEAT, "FIAT", 0.0), &reference::points(HEAT, "PATO", 0.0)));
     let (material, gas) = tacot();
     let face_k = Schedule { times_s: vec![0.0, 0.1, 60.0], values: vec![300.0, 1644.0, 1644.0] };
-    let setting = Setting {
-        plies: STRETCHES_M.map(|thickness_m| (material.clone(), thickness_m)).into(),
+    let setting = ProblemSetup {
+        plies: PLY_THICKNESSES_M.map(|thickness_m| (material.clone(), thickness_m)).into(),
         start_k: 300.0,
         hot_face: Face::Held(face_k),
-        back_face: insulated(),
+        back_face: insulated_face(),
         cells: 0,
         first_step_s: 0.0,
         growth: 0.0,
     };
-    let mut problem = Problem::new(Codes, "TACOT held at 1644 K", setting, checks).seeped(GasPath::Darcy, gas);
+    let mut problem =
+        Problem::new(Codes, "TACOT held at 1644 K", setting, checks).with_gas_flow(GasFlowModel::Darcy, gas);
     // The resolution of `cases/tacot-held`, so that this row applies to that case.
     problem.case.resolution = Resolution::default();
     problem
 }
 
 /// Thicknesses of the plies that one slab is divided into: thin plies get more cells.
-const STRETCHES_M: [f64; 4] = [0.0015, 0.0035, 0.009, 0.036];
+const PLY_THICKNESSES_M: [f64; 4] = [0.0015, 0.0035, 0.009, 0.036];
 
-fn overpressure(points: Vec<Point>) -> Vec<Point> {
-    points.into_iter().map(|point| Point { value: 101_325.0 + point.value, ..point }).collect()
+fn overpressure(points: Vec<ReferencePoint>) -> Vec<ReferencePoint> {
+    points.into_iter().map(|point| ReferencePoint { value: 101_325.0 + point.value, ..point }).collect()
 }
 
-fn fiat(quantity: &'static str, points: Vec<Point>, tolerance: f64, measure: Measure) -> Check {
+fn fiat(quantity: &'static str, points: Vec<ReferencePoint>, tolerance: f64, measure: ErrorScale) -> Check {
     Check {
         reference: "FIAT (NASA Ames)",
         quantity,
@@ -147,7 +161,7 @@ fn fiat(quantity: &'static str, points: Vec<Point>, tolerance: f64, measure: Mea
 
 /// FIAT's temperatures, one check per depth because their difference from PATO varies (2 K come from its start at 298
 /// K).
-fn fiat_depths(fiat: &[Point], pato: &[Point]) -> Vec<Check> {
+fn fiat_depths(fiat: &[ReferencePoint], pato: &[ReferencePoint]) -> Vec<Check> {
     let names = [
         (0.001, "1 mm, 60 s"),
         (0.002, "2 mm, 60 s"),
@@ -156,8 +170,9 @@ fn fiat_depths(fiat: &[Point], pato: &[Point]) -> Vec<Check> {
         (0.016, "16 mm, 60 s"),
         (0.05, "50 mm, 60 s"),
     ];
-    let at =
-        |points: &[Point], depth_m| *points.iter().find(|p| p.place == Place::Depth(depth_m)).expect("both print it");
+    let at = |points: &[ReferencePoint], depth_m| {
+        *points.iter().find(|p| p.observable == Observable::Depth(depth_m)).expect("both print it")
+    };
     let check = |(depth_m, quantity)| {
         let (point, other) = (at(fiat, depth_m), at(pato, depth_m));
         Check {
@@ -165,7 +180,7 @@ fn fiat_depths(fiat: &[Point], pato: &[Point]) -> Vec<Check> {
             quantity,
             points: vec![point],
             tolerance: 3.0 + (point.value - other.value).abs(),
-            measure: Measure::Plain,
+            measure: ErrorScale::Absolute,
             source_of_tolerance: "its difference from PATO plus 3 K; FIAT starts at 298 K; wide: one rule for 6 depths",
         }
     };

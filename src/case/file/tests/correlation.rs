@@ -25,7 +25,7 @@ fn pairs_of_factors_can_be_correlated() {
     let (k, third, fourth) = (index("f_k"), index("f_third"), index("f_fourth"));
     assert_eq!(case.correlation.pairs(), [(k, third, 0.6), (fourth, third, -0.5)]);
     // L Lᵀ is the correlation matrix.
-    let rows = case.correlation.rows();
+    let rows = case.correlation.cholesky_rows();
     let product = |a: usize, b: usize| rows[a].iter().zip(&rows[b]).map(|(one, other)| one * other).sum::<f64>();
     for (a, b, value) in [(k, third, 0.6), (third, fourth, -0.5), (k, fourth, 0.0), (third, third, 1.0)] {
         assert!((product(a, b) - value).abs() < 1e-12, "{a} and {b}");

@@ -54,7 +54,7 @@ TC1 = [["0 s", "300 K"]]"#;
     let scratch = Scratch::new("windows");
     let text = VALID_CASE.replacen(SAMPLES, own, 1).replacen("sensors = [\"TC2\"]\n", "", 1);
     let case = Case::load(&scratch.write("case.toml", text)).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!([case.window_s(0), case.window_s(1), case.trusted_s()], [(0.0, 50.0), (20.0, 80.0), (0.0, 80.0)]);
+    assert_eq!([case.window_s(0), case.window_s(1), case.fit_window_s()], [(0.0, 50.0), (20.0, 80.0), (0.0, 80.0)]);
 }
 
 /// Observations in position of the samples; line and column of the error; a part of its message.

@@ -2,7 +2,8 @@
 
 use super::{Scratch, load, shipped};
 use crate::case::{
-    Case, Conductivity, Decomposition, Face, GasPath, Material, Mixing, PyrolysisHeat, Reaction, Sequence,
+    Case, Conductivity, Decomposition, Face, GasFlowModel, Material, MixtureRule, PyrolysisHeat, Reaction,
+    ReactionScheme,
 };
 
 /// A material file with all keys of a decomposition, one key per line.
@@ -134,7 +135,7 @@ pub(super) fn charring_errors(name: &str, case: &[(&str, &str)], material: &[(&s
     scratch.write("wall.toml", replaced(inert, &[("1e-12 m^2", "0 m^2")]));
     match Case::load(&scratch.write("case.toml", replaced(CASE, case))) {
         Ok(_) => Vec::new(),
-        Err(error) => error.faults.iter().map(ToString::to_string).collect(),
+        Err(error) => error.diagnostics.iter().map(ToString::to_string).collect(),
     }
 }
 
@@ -150,12 +151,21 @@ fn consecutive_reactions_are_read_with_their_intermediate_and_inherit_virgin_pro
     let material = Material::load(&scratch.write("charring.toml", CHARRING)).unwrap_or_else(|error| panic!("{error}"));
     assert!((material.pores.slip_pa_k - 93.32).abs() < 0.01, "{}", material.pores.slip_pa_k);
     let chain = material.decomposition.expect("it decomposes");
-    assert_eq!((chain.sequence, chain.mixing, chain.shrinkage), (Sequence::Chain, Mixing::Volume, 0.1));
-    assert_eq!(chain.heat, PyrolysisHeat::OfReaction);
+    assert_eq!(
+        (chain.scheme, chain.mixture_rule, chain.shrinkage),
+        (ReactionScheme::Consecutive, MixtureRule::VolumeFractions, 0.1)
+    );
+    assert_eq!(chain.heat, PyrolysisHeat::HeatsOfReaction);
     let densities = chain.residue_densities_kg_m3(material.density_kg_m3);
     assert!((densities[0] - 200.0).abs() < 1e-9 && (densities[1] - 50.0).abs() < 1e-9, "{densities:?}");
-    let first =
-        Reaction { loss: 0.6, rate_1_s: 5e8, activation_j_mol: 130e3, order: 1.0, onset_k: 400.0, heat_j_kg: 0.6e6 };
+    let first = Reaction {
+        mass_loss: 0.6,
+        pre_exponential_1_s: 5e8,
+        activation_j_mol: 130e3,
+        order: 1.0,
+        onset_temperature_k: 400.0,
+        heat_j_kg: 0.6e6,
+    };
     assert_eq!(chain.reactions[0], first);
     let [tar, char] = chain.residues.as_slice() else { panic!("two residues") };
     assert_eq!((tar.name.as_str(), char.name.as_str()), ("tar", "char"));
@@ -172,11 +182,16 @@ fn consecutive_reactions_are_read_with_their_intermediate_and_inherit_virgin_pro
 fn tacot_has_the_values_of_the_ablation_workshop() {
     let tacot = decomposition("tacot");
     assert!((tacot.residue_densities_kg_m3(280.0)[0] - 220.0).abs() < 1e-6);
-    let PyrolysisHeat::Absolute { virgin_j_kg, residues_j_kg, reference_k } = &tacot.heat else { panic!("absolute") };
+    let PyrolysisHeat::AbsoluteEnthalpies { virgin_j_kg, residues_j_kg, reference_k } = &tacot.heat else {
+        panic!("absolute")
+    };
     assert_eq!((*virgin_j_kg, residues_j_kg.as_slice(), *reference_k), (-857e3, &[0.0][..], 298.0));
-    assert_eq!((tacot.reactions.len(), tacot.reactions[1].onset_k, tacot.reactions[2].order), (3, 555.6, 3.0));
+    assert_eq!(
+        (tacot.reactions.len(), tacot.reactions[1].onset_temperature_k, tacot.reactions[2].order),
+        (3, 555.6, 3.0)
+    );
     let case = load("tacot-held");
-    assert_eq!(case.gas.map(|gas| (gas.path, gas.gas.id.clone())), Some((GasPath::Darcy, "tacot".to_owned())));
+    assert_eq!(case.gas.map(|gas| (gas.model, gas.gas.id.clone())), Some((GasFlowModel::Darcy, "tacot".to_owned())));
 }
 
 #[test]
@@ -191,7 +206,10 @@ fn component_densities_are_converted_to_mass_losses() {
     let material = load(format!("{head}{component}")).unwrap_or_else(|error| panic!("{error}"));
     let reaction = &material.decomposition.expect("it decomposes").reactions[0];
     // 0.5 × (600 − 300)/500; 1e9 × ((600 − 300)/600)².
-    assert!((reaction.loss - 0.3).abs() < 1e-12 && (reaction.rate_1_s - 2.5e8).abs() < 1e-3, "{reaction:?}");
+    assert!(
+        (reaction.mass_loss - 0.3).abs() < 1e-12 && (reaction.pre_exponential_1_s - 2.5e8).abs() < 1e-3,
+        "{reaction:?}"
+    );
     let message = |from: &str, to: &str| {
         let text = replaced(&format!("{head}{component}"), &[(from, to)]);
         load(text).expect_err(to).to_string()
@@ -214,7 +232,7 @@ fn without_the_key_decomposition_all_plies_are_inert() {
     assert_eq!(face.blowing, 0.5);
     let default = Case::load_with(&shipped("lcat-2259"), &[("decomposition".into(), "true".into())]);
     let gas = default.unwrap_or_else(|error| panic!("{error}")).gas.expect("a default gas");
-    assert_eq!((gas.path, gas.gas.id.as_str()), (GasPath::QuasiSteady, "pyrolysis"));
+    assert_eq!((gas.model, gas.gas.id.as_str()), (GasFlowModel::QuasiSteady, "pyrolysis"));
 }
 
 #[test]
@@ -235,7 +253,7 @@ fn pressures_may_vary_over_time_and_a_back_pressure_opens_the_back_face() {
 fn all_parts_of_a_three_part_char_conductivity_are_scaled() {
     let material = Material::named("pyrogel3350").unwrap_or_else(|error| panic!("{error}"));
     let char = &decomposition("pyrogel3350").residues[0].conductivity;
-    assert!(matches!(char, Conductivity::Parts(_)));
+    assert!(matches!(char, Conductivity::ThreePart(_)));
     for (virgin, char) in material.conductivity.parts(900.0, 8e3).into_iter().zip(char.parts(900.0, 8e3)) {
         assert!((char / virgin - 1.2).abs() < 1e-12, "{char} of {virgin}");
     }

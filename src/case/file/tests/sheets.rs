@@ -143,7 +143,7 @@ fn at_most_ten_errors_of_a_column_are_reported_each_at_its_line() {
     let case = scratch.write("case.toml", VALID_CASE.replace(SAMPLES, "file = \"m.csv\""));
     let rows: String = (0..1000).map(|row| format!("{row},{}\n", if row < 20 { "300" } else { "x" })).collect();
     scratch.write("m.csv", format!("# a remark\ntime_s,TC2_K\n{rows}"));
-    let errors = Case::load(&case).expect_err("cells that are not numbers").faults;
-    let lines: Vec<usize> = errors.iter().filter_map(|fault| Some(fault.place.at?.0)).collect();
+    let errors = Case::load(&case).expect_err("cells that are not numbers").diagnostics;
+    let lines: Vec<usize> = errors.iter().filter_map(|fault| Some(fault.location.line_column?.0)).collect();
     assert_eq!(lines, (23..33).collect::<Vec<usize>>());
 }

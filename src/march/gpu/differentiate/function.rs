@@ -1,6 +1,6 @@
 //! Transformation of one function: its operations, each followed by its tangent.
 
-use super::{Place, Rule, changed, named, rule};
+use super::{ActivePlace, TangentRule, operation_name, rule, tangent_name};
 use naga::proc::{Emitter, TypeResolution};
 use naga::valid::FunctionInfo;
 use naga::{
@@ -13,29 +13,29 @@ use std::mem;
 pub(super) type Value = Handle<Expression>;
 
 /// A function being transformed.
-pub(super) struct Body<'a> {
+pub(super) struct FunctionTransform<'a> {
     pub(super) module: &'a Module,
     types: &'a mut UniqueArena<Type>,
     /// Tangent variables of globals and of results.
-    kept: &'a HashMap<Place, Handle<GlobalVariable>>,
-    changing: &'a mut HashSet<Place>,
+    tangent_variables: &'a HashMap<ActivePlace, Handle<GlobalVariable>>,
+    active: &'a mut HashSet<ActivePlace>,
     handle: Option<Handle<Function>>,
     pub(super) source: &'a Function,
     pub(super) info: &'a FunctionInfo,
     function: Function,
     /// The tangent of each value; for a pointer, the pointer to the tangent.
-    changes: HashMap<Value, Value>,
+    tangents: HashMap<Value, Value>,
     emitter: Emitter,
     block: Block,
     span: Span,
 }
 
-impl<'a> Body<'a> {
+impl<'a> FunctionTransform<'a> {
     pub(super) fn new(
         module: &'a Module,
         types: &'a mut UniqueArena<Type>,
-        kept: &'a HashMap<Place, Handle<GlobalVariable>>,
-        changing: &'a mut HashSet<Place>,
+        kept: &'a HashMap<ActivePlace, Handle<GlobalVariable>>,
+        changing: &'a mut HashSet<ActivePlace>,
         handle: Option<Handle<Function>>,
         source: &'a Function,
         info: &'a FunctionInfo,
@@ -44,23 +44,23 @@ impl<'a> Body<'a> {
         let mut changes = HashMap::new();
         let mut locals = HashMap::new();
         for (local, variable) in source.local_variables.iter() {
-            if changing.contains(&Place::Local(handle, local)) {
-                let tangent = LocalVariable { name: changed(variable.name.as_ref()), ty: variable.ty, init: None };
+            if changing.contains(&ActivePlace::Local(handle, local)) {
+                let tangent = LocalVariable { name: tangent_name(variable.name.as_ref()), ty: variable.ty, init: None };
                 locals.insert(local, function.local_variables.append(tangent, Span::UNDEFINED));
             }
         }
         let mut arguments = HashMap::new();
         for (place, argument) in (0..).zip(&source.arguments) {
-            if changing.contains(&Place::Argument(handle, place)) {
+            if changing.contains(&ActivePlace::Argument(handle, place)) {
                 arguments.insert(place, function.arguments.len() as u32);
-                let name = changed(argument.name.as_ref());
+                let name = tangent_name(argument.name.as_ref());
                 function.arguments.push(FunctionArgument { name, ty: argument.ty, binding: None });
             }
         }
         for (value, expression) in source.expressions.iter() {
             let tangent = match expression {
                 Expression::GlobalVariable(global) => {
-                    kept.get(&Place::Global(*global)).copied().map(Expression::GlobalVariable)
+                    kept.get(&ActivePlace::Global(*global)).copied().map(Expression::GlobalVariable)
                 }
                 Expression::LocalVariable(local) => locals.get(local).copied().map(Expression::LocalVariable),
                 Expression::FunctionArgument(place) => arguments.get(place).copied().map(Expression::FunctionArgument),
@@ -71,11 +71,24 @@ impl<'a> Body<'a> {
             }
         }
         let (emitter, block, span) = (Emitter::default(), Block::new(), Span::UNDEFINED);
-        Self { module, types, kept, changing, handle, source, info, function, changes, emitter, block, span }
+        Self {
+            module,
+            types,
+            tangent_variables: kept,
+            active: changing,
+            handle,
+            source,
+            info,
+            function,
+            tangents: changes,
+            emitter,
+            block,
+            span,
+        }
     }
 
     /// The transformed function.
-    pub(super) fn told(mut self) -> Result<Function, String> {
+    pub(super) fn transform(mut self) -> Result<Function, String> {
         self.function.body = self.block(&self.source.body)?;
         Ok(self.function)
     }
@@ -97,28 +110,28 @@ impl<'a> Body<'a> {
                 self.emitter.start(&self.function.expressions);
                 for value in values.clone() {
                     self.span = self.source.expressions.get_span(value);
-                    if let Some(tangent) = self.change(value)? {
-                        self.changes.insert(value, tangent);
+                    if let Some(tangent) = self.tangent(value)? {
+                        self.tangents.insert(value, tangent);
                     }
                 }
                 self.block.extend(self.emitter.finish(&self.function.expressions));
             }
             Statement::Store { pointer, value } => {
                 self.push(as_it_is);
-                match (self.of(*pointer), self.of(*value)) {
+                match (self.tangent_of(*pointer), self.tangent_of(*value)) {
                     (Some(place), _) => self.store(place, *value),
-                    (None, Some(_)) => self.must_change(*pointer)?,
+                    (None, Some(_)) => self.mark_active(*pointer)?,
                     (None, None) => {}
                 }
             }
             Statement::Return { value } => {
                 if let (Some(value), Some(handle)) = (*value, self.handle) {
-                    let result = Place::Result(handle);
-                    if let Some(&variable) = self.kept.get(&result) {
+                    let result = ActivePlace::Result(handle);
+                    if let Some(&variable) = self.tangent_variables.get(&result) {
                         let place = self.append(Expression::GlobalVariable(variable));
                         self.store(place, value);
-                    } else if self.of(value).is_some() {
-                        self.changing.insert(result);
+                    } else if self.tangent_of(value).is_some() {
+                        self.active.insert(result);
                     }
                 }
                 self.push(as_it_is);
@@ -158,44 +171,44 @@ impl<'a> Body<'a> {
             let (Some(result), &[value]) = (result, arguments) else {
                 return Err(format!("{}: a function with its own rule has one argument", self.name()));
             };
-            let Some(tangent) = self.of(value) else { return Ok(()) };
+            let Some(tangent) = self.tangent_of(value) else { return Ok(()) };
             match rule {
-                Rule::Still => {}
-                Rule::Alike => {
+                TangentRule::Zero => {}
+                TangentRule::SameFunction => {
                     let alike = self.append(Expression::CallResult(callee));
                     self.push(call(vec![tangent], Some(alike)));
-                    self.changes.insert(result, alike);
+                    self.tangents.insert(result, alike);
                 }
-                Rule::InProportion => {
+                TangentRule::Proportional => {
                     self.emitter.start(&self.function.expressions);
                     let share = self.binary(BinaryOperator::Divide, result, value);
                     let tangent = self.binary(BinaryOperator::Multiply, tangent, share);
                     self.block.extend(self.emitter.finish(&self.function.expressions));
-                    self.changes.insert(result, tangent);
+                    self.tangents.insert(result, tangent);
                 }
             }
             return Ok(());
         }
         let mut all = arguments.to_vec();
         for (place, &argument) in (0..).zip(arguments) {
-            let passed = Place::Argument(Some(callee), place);
-            match (self.changing.contains(&passed), self.of(argument)) {
+            let passed = ActivePlace::Argument(Some(callee), place);
+            match (self.active.contains(&passed), self.tangent_of(argument)) {
                 (true, Some(tangent)) => all.push(tangent),
-                (true, None) if self.is_pointer(argument) => self.must_change(argument)?,
+                (true, None) if self.is_pointer(argument) => self.mark_active(argument)?,
                 (true, None) => all.push(self.zero(argument)),
                 (false, Some(_)) => {
-                    self.changing.insert(passed);
+                    self.active.insert(passed);
                 }
                 (false, None) => {}
             }
         }
         self.push(call(all, result));
-        if let (Some(result), Some(&variable)) = (result, self.kept.get(&Place::Result(callee))) {
+        if let (Some(result), Some(&variable)) = (result, self.tangent_variables.get(&ActivePlace::Result(callee))) {
             let pointer = self.append(Expression::GlobalVariable(variable));
             self.emitter.start(&self.function.expressions);
             let tangent = self.append(Expression::Load { pointer });
             self.block.extend(self.emitter.finish(&self.function.expressions));
-            self.changes.insert(result, tangent);
+            self.tangents.insert(result, tangent);
         }
         Ok(())
     }
@@ -208,16 +221,16 @@ impl<'a> Body<'a> {
         self.append(Expression::Select { condition, accept, reject })
     }
 
-    pub(super) fn of(&self, value: Value) -> Option<Value> {
-        self.changes.get(&value).copied()
+    pub(super) fn tangent_of(&self, value: Value) -> Option<Value> {
+        self.tangents.get(&value).copied()
     }
 
-    pub(super) fn change_or_zero(&mut self, value: Value) -> Value {
-        self.of(value).unwrap_or_else(|| self.zero(value))
+    pub(super) fn tangent_or_zero(&mut self, value: Value) -> Value {
+        self.tangent_of(value).unwrap_or_else(|| self.zero(value))
     }
 
     fn store(&mut self, pointer: Value, value: Value) {
-        let value = self.change_or_zero(value);
+        let value = self.tangent_or_zero(value);
         self.push(Statement::Store { pointer, value });
     }
 
@@ -259,18 +272,18 @@ impl<'a> Body<'a> {
     }
 
     /// Mark the place that a pointer refers to as active.
-    fn must_change(&mut self, pointer: Value) -> Result<(), String> {
+    fn mark_active(&mut self, pointer: Value) -> Result<(), String> {
         let mut base = pointer;
         let place = loop {
             base = match self.source.expressions[base] {
                 Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => base,
-                Expression::GlobalVariable(variable) => break Place::Global(variable),
-                Expression::LocalVariable(variable) => break Place::Local(self.handle, variable),
-                Expression::FunctionArgument(place) => break Place::Argument(self.handle, place),
+                Expression::GlobalVariable(variable) => break ActivePlace::Global(variable),
+                Expression::LocalVariable(variable) => break ActivePlace::Local(self.handle, variable),
+                Expression::FunctionArgument(place) => break ActivePlace::Argument(self.handle, place),
                 _ => return Err(self.no_rule(pointer)),
             }
         };
-        self.changing.insert(place);
+        self.active.insert(place);
         Ok(())
     }
 
@@ -283,6 +296,6 @@ impl<'a> Body<'a> {
     }
 
     pub(super) fn no_rule(&self, value: Value) -> String {
-        format!("{}: no differentiation rule for {}", self.name(), named(&self.source.expressions[value]))
+        format!("{}: no differentiation rule for {}", self.name(), operation_name(&self.source.expressions[value]))
     }
 }

@@ -1,8 +1,8 @@
 //! Tridiagonal systems cut into blocks, one a thread, against the Thomas algorithm.
 
 use super::super::device::Device;
-use super::super::layout::{Run, plan_bytes};
-use super::super::{LANES, shader};
+use super::super::layout::{DispatchParameters, plan_bytes};
+use super::super::{COOPERATIVE_THREADS, shader};
 use super::{Uniform, device};
 use crate::case::Case;
 use crate::march::Precision;
@@ -64,9 +64,10 @@ fn largest_error(device: &Device, plan: &Plan, lanes: u32, change: impl Fn(Strin
     let (rows, expected) = systems(cells, COUNT);
     let text = change(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
     let kernel = device.kernel(text).expect("the kernel compiles");
-    let run = Run { one: 1.0, lanes, cells: cells as u32, ..Run::zeroed() };
+    let run =
+        DispatchParameters { one: 1.0, threads_per_member: lanes, cells: cells as u32, ..DispatchParameters::zeroed() };
     let run = device.uniform("run", &[run]).expect("uniform buffer fits");
-    let plan = device.uniform("plan", &plan_bytes(plan, &plan.rows)).expect("uniform buffer fits");
+    let plan = device.uniform("plan", &plan_bytes(plan, &plan.data)).expect("uniform buffer fits");
     let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));
     let bound = [(0, &run), (2, &plan), (30, &rows), (31, &solutions)];
     let bound = bound.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
@@ -86,7 +87,7 @@ fn a_system_cut_into_blocks_has_the_solution_of_the_thomas_algorithm_and_needs_e
     case.resolution.cells = 40;
     let plan = Plan::new(&case);
     let cells = plan.cells() as u32;
-    for lanes in [7, LANES, cells] {
+    for lanes in [7, COOPERATIVE_THREADS, cells] {
         let error = largest_error(&device, &plan, lanes, |text| text);
         assert!(error <= ROUNDING, "{cells} cells on {lanes} threads: {error:.1e}");
     }
@@ -97,7 +98,7 @@ fn a_system_cut_into_blocks_has_the_solution_of_the_thomas_algorithm_and_needs_e
         ("next.upper * last_unknowns[thread + 1u]", "real(0.0)"),
     ];
     for (original, wrong) in changes {
-        let error = largest_error(&device, &plan, LANES, |text| {
+        let error = largest_error(&device, &plan, COOPERATIVE_THREADS, |text| {
             assert!(text.contains(original), "nothing was changed: {original}");
             text.replace(original, wrong)
         });

@@ -6,17 +6,17 @@ use crate::march::gpu::device::Device;
 use crate::march::gpu::shader;
 use crate::march::gpu::spirv::Kernel;
 use crate::physics::Real;
-use crate::physics::compensated::{Pair, advanced, difference};
+use crate::physics::compensated::{DoubleWord, add_compensated, difference};
 use crate::physics::dual::Dual;
 use crate::physics::exponential::{decay, exponential, logarithm, power};
-use crate::physics::lanes::{Doubles, Singles};
-use crate::physics::tridiagonal::settled;
+use crate::physics::lanes::{F32Lanes, F64Lanes};
+use crate::physics::tridiagonal::flush_tiny;
 use bytemuck::Pod;
 use simdeez::engines::scalar::Scalar;
 
 /// A value and its tangent in one direction.
-type Single = Dual<f32, Singles<Scalar>>;
-type Double = Dual<f64, Doubles<Scalar>>;
+type Single = Dual<f32, F32Lanes<Scalar>>;
+type Double = Dual<f64, F64Lanes<Scalar>>;
 
 const SAMPLES: usize = 1024;
 /// Inputs of a kernel, each with its tangent.
@@ -27,33 +27,35 @@ type Rule<R> = (&'static str, fn(&[R]) -> R);
 
 fn rules<R: Real>() -> Vec<Rule<R>> {
     vec![
-        ("x[0] * x[1] - 2.0 * x[0]", |x| x[0] * x[1] - R::constant(2.0) * x[0]),
+        ("x[0] * x[1] - 2.0 * x[0]", |x| x[0] * x[1] - R::from_f64(2.0) * x[0]),
         ("x[0] / x[1]", |x| x[0] / x[1]),
-        ("3.0 / x[1] + x[0] / 7.0", |x| R::constant(3.0) / x[1] + x[0] / R::constant(7.0)),
+        ("3.0 / x[1] + x[0] / 7.0", |x| R::from_f64(3.0) / x[1] + x[0] / R::from_f64(7.0)),
         ("sqrt(x[0]) + -x[1]", |x| x[0].sqrt() + -x[1]),
         ("max(x[0], x[1])", |x| x[0].max(x[1])),
         ("min(x[0], x[1])", |x| x[0].min(x[1])),
-        ("min(x[0], 1.5) + max(1.5, x[1])", |x| x[0].min(R::constant(1.5)) + R::constant(1.5).max(x[1])),
-        ("clamp(x[0], 1.0, 2.0)", |x| x[0].max(R::constant(1.0)).min(R::constant(2.0))),
+        ("min(x[0], 1.5) + max(1.5, x[1])", |x| x[0].min(R::from_f64(1.5)) + R::from_f64(1.5).max(x[1])),
+        ("clamp(x[0], 1.0, 2.0)", |x| x[0].max(R::from_f64(1.0)).min(R::from_f64(2.0))),
         ("select(x[0] * x[1], x[2], x[0] > x[1])", |x| if x[0].lane(0) > x[1].lane(0) { x[2] } else { x[0] * x[1] }),
-        ("real(u32(x[0])) * x[1]", |x| x[1] * x[0].floor(9)),
-        ("reached(x[0], x[1]) * x[2]", |x| x[0].reached(x[1]) * x[2]),
-        ("settled(x[0] * real(1e-26)) + settled(x[1])", |x| settled(x[0] * R::constant(1e-26)) + settled(x[1])),
+        ("real(u32(x[0])) * x[1]", |x| x[1] * x[0].floor_clamped(9)),
+        ("ge_mask(x[0], x[1]) * x[2]", |x| x[0].ge_mask(x[1]) * x[2]),
+        ("flush_tiny(x[0] * real(1e-26)) + flush_tiny(x[1])", |x| {
+            flush_tiny(x[0] * R::from_f64(1e-26)) + flush_tiny(x[1])
+        }),
         ("exponential(x[0] - x[1])", |x| exponential(x[0] - x[1])),
         ("decay(x[0])", |x| decay(x[0])),
         ("logarithm(x[0])", |x| logarithm(x[0])),
         ("power(x[0], x[1])", |x| power(x[0], x[1])),
-        ("to_power(x[0], u32(x[2]))", |x| (0..x[2].lane(0) as u32).fold(R::constant(1.0), |power, _| power * x[0])),
+        ("to_power(x[0], u32(x[2]))", |x| (0..x[2].lane(0) as u32).fold(R::from_f64(1.0), |power, _| power * x[0])),
         ("hold(&held, 1u, x[0]) * held[1].high + hold(&held, 2u, x[1])", |x| {
-            (x[0] * x[0] + x[0]) * x[0] + R::constant(1.0)
+            (x[0] * x[0] + x[0]) * x[0] + R::from_f64(1.0)
         }),
         ("difference(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]))", |x| {
-            difference(Pair { high: x[0], low: x[1] }, Pair { high: x[2], low: x[3] })
+            difference(DoubleWord { high: x[0], low: x[1] }, DoubleWord { high: x[2], low: x[3] })
         }),
-        ("advanced(DoubleWord(x[0], real(1e-6) * x[1]), x[2]).low", |x| {
-            advanced(Pair { high: x[0], low: R::constant(1e-6) * x[1] }, x[2]).low
+        ("add_compensated(DoubleWord(x[0], real(1e-6) * x[1]), x[2]).low", |x| {
+            add_compensated(DoubleWord { high: x[0], low: R::from_f64(1e-6) * x[1] }, x[2]).low
         }),
-        ("turned(vec2<real>(x[0], x[1])).y", |x| x[0] * R::constant(2.0) + x[1]),
+        ("turned(vec2<real>(x[0], x[1])).y", |x| x[0] * R::from_f64(2.0) + x[1]),
     ]
 }
 
@@ -76,7 +78,7 @@ fn turned(two: vec2<real>) -> vec2<real> { return two.yx * 2.0 + two; }
 
 fn text(precision: Precision, expressions: &[&str]) -> String {
     let parts = ["prelude", "compensated", "exponential", "tridiagonal"];
-    let parts = shader::PARTS.iter().filter(|(name, _)| parts.contains(name)).map(|(_, part)| *part);
+    let parts = shader::SOURCES.iter().filter(|(name, _)| parts.contains(name)).map(|(_, part)| *part);
     let places = expressions.iter().zip(0..).map(|(expression, place)| format!("y[{place}] = {expression};\n"));
     format!(
         "{}const CELLS = 2u;\n{}{CALLED}
@@ -91,7 +93,7 @@ fn text(precision: Precision, expressions: &[&str]) -> String {
              {}
              for (var i = 0u; i < {outs}u; i++) {{ outputs[id.x * {outs}u + i] = y[i]; }}
          }}",
-        shader::head(precision),
+        shader::preamble(precision),
         parts.collect::<String>(),
         places.collect::<String>(),
         outs = expressions.len(),
@@ -99,7 +101,7 @@ fn text(precision: Precision, expressions: &[&str]) -> String {
 }
 
 fn sound(precision: Precision, expressions: &[&str]) -> Kernel {
-    Kernel::of(text(precision, expressions)).expect("the text is sound")
+    Kernel::parse(text(precision, expressions)).expect("the text is sound")
 }
 
 fn kernel(precision: Precision, expressions: &[&str]) -> Result<Kernel, String> {
@@ -162,7 +164,7 @@ fn every_rule_on_the_gpu_is_bit_identical_to_dual_numbers() {
 fn a_wrong_rule_is_caught() {
     let wrong_rules: [Rule<Double>; 3] = [
         ("x[0] * x[1]", |x| x[0] * x[0]),
-        ("reached(x[0], x[1])", |x| x[0]),
+        ("ge_mask(x[0], x[1])", |x| x[0]),
         // For equal values, the tangent of the second only.
         ("max(x[0], x[1])", |x| if x[0].lane(0) > x[1].lane(0) { x[0] } else { x[1] }),
     ];
@@ -194,7 +196,7 @@ fn tangents_are_bound_in_the_order_of_their_buffers() {
         @group(0) @binding(4) var<storage, read_write> outputs: array<f32>;
         @group(0) @binding(2) var<storage, read> inputs: array<f32>;
         @compute @workgroup_size(1) fn probe() { keep_first(); outputs[0] = inputs[0]; }";
-    let sound = Kernel::of(text.to_owned()).expect("the text is sound");
+    let sound = Kernel::parse(text.to_owned()).expect("the text is sound");
     let kernel = sound.differentiated("inputs").expect("each operation has a rule");
     let bound = kernel.module.global_variables.iter().filter_map(|(_, variable)| {
         Some((variable.name.clone().filter(|name| name.ends_with("_change"))?, variable.binding?.binding))

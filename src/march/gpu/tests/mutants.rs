@@ -66,7 +66,7 @@ fn parts(text: &str) -> Vec<(usize, &str)> {
 
 /// All mutants of the functions of a kernel.
 pub(super) fn mutants(kernel: &Kernel) -> Vec<Mutant> {
-    let (module, text) = (&kernel.module, kernel.text.as_str());
+    let (module, text) = (&kernel.module, kernel.source.as_str());
     let (parts, reached) = (parts(text), reached(kernel));
     let mut found: Vec<Mutant> = vec![];
     for (handle, function) in module.functions.iter() {
@@ -166,7 +166,7 @@ fn thresholds(module: &Module, function: &Function) -> HashSet<Handle<Expression
         for statement in block.iter() {
             match statement {
                 Statement::Call { function, arguments, .. } => {
-                    let is_threshold = module.functions[*function].name.as_deref() == Some("reached");
+                    let is_threshold = module.functions[*function].name.as_deref() == Some("ge_mask");
                     elsewhere.extend(arguments.iter().filter(|_| !is_threshold));
                 }
                 Statement::Store { value, .. } => elsewhere.push(*value),
@@ -267,7 +267,7 @@ pub(super) fn mutated(kernel: &Kernel, mutants: &[(u32, Mutant)]) -> Kernel {
             module.functions[handle] = Rewrite::new(source, variable).of(&own);
         }
     }
-    Kernel::sound(kernel.text.clone(), module).unwrap_or_else(|error| panic!("{error}"))
+    Kernel::validate(kernel.source.clone(), module).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Rewrites a function with its mutants.

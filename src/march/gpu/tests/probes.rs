@@ -1,24 +1,26 @@
 //! WGSL functions against their Rust twins on thousands of inputs, in both precisions, bit for bit.
 
 use super::super::device::Device;
-use super::super::layout::Run;
+use super::super::layout::DispatchParameters;
 use super::super::shader;
 use super::super::spirv::{self, Kernel};
 use super::{Target, Uniform, device, mutants};
 use crate::case::Case;
 use crate::march::Precision;
 use crate::physics::Real;
-use crate::physics::compensated::{Pair, advanced, difference, two_sum};
-use crate::physics::decomposition::{consumed, mean_decay, rate};
+use crate::physics::compensated::{DoubleWord, add_compensated, difference, two_sum};
+use crate::physics::decomposition::{arrhenius_rate, consumed_share, mean_decay};
 use crate::physics::exponential::{decay, exponential, logarithm, power};
-use crate::physics::faces::{FaceScale, face_flux};
-use crate::physics::holder::flux_sideways;
-use crate::physics::material::{Parts, conductance_across, conductance_within, flux_slopes, gain_across, solid};
-use crate::physics::reading::{covered, followed, reading};
-use crate::physics::table::{beyond, integral, segment, spot, value};
+use crate::physics::holder::lateral_heat_flux;
+use crate::physics::material::{
+    ConductivityParts, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
+};
+use crate::physics::surface_flux::{FaceScale, surface_flux};
+use crate::physics::table::{column_offset, integral, interpolate, table_index, table_segment};
+use crate::physics::thermocouple::{bead_response, covered_length, interface_temperature};
 use crate::physics::tridiagonal::{factorise, substitute};
 use crate::plan::Plan;
-use crate::plan::layout::{Bead, Drive, Face, Reaction, Sensor, TABLE_NODES};
+use crate::plan::layout::{Bead, BoundaryForcing, Face, Reaction, Sensor, TABLE_NODES};
 use bytemuck::{Pod, Zeroable};
 
 const SAMPLES: usize = 16_384;
@@ -40,7 +42,7 @@ struct Probe<W> {
 }
 
 /// A table of curved columns, so that rows and fractions both matter.
-fn tables<W: Real<Scalar = W, Still = W>>() -> Vec<W> {
+fn tables<W: Real<Scalar = W, Constant = W>>() -> Vec<W> {
     (0..TABLE_NODES * COLUMNS)
         .map(|i| {
             let (node, column) = ((i / COLUMNS) as f64, (i % COLUMNS) as f64);
@@ -82,7 +84,7 @@ fn text<W>(plan: &Plan, precision: Precision, texels: bool, probes: &[Probe<W>])
 /// A plan whose kernel has a conductivity in three parts.
 fn plan() -> Plan {
     let mut plan = Plan::new(&Case::load("cases/permeation".as_ref()).expect("shipped case"));
-    plan.parts = 3;
+    plan.conductivity_parts = 3;
     plan
 }
 
@@ -95,7 +97,7 @@ struct Probed<W> {
     expected: Vec<W>,
 }
 
-impl<W: Pod + Real<Scalar = W, Still = W> + PartialEq> Probed<W> {
+impl<W: Pod + Real<Scalar = W, Constant = W> + PartialEq> Probed<W> {
     fn new(device: &Device, precision: Precision, texels: bool, probes: &[Probe<W>]) -> Self {
         let mut uniform = Uniform::new(2026);
         let tables = tables::<W>();
@@ -112,8 +114,14 @@ impl<W: Pod + Real<Scalar = W, Still = W> + PartialEq> Probed<W> {
         let plan = plan();
         let kernel = device.kernel(text(&plan, precision, texels, probes)).expect("probes compile");
         // One of them holds the tables, the other is empty.
-        let words: Vec<f32> = tables.iter().map(|&word| W::of(word).lane(0) as f32).collect();
-        let run = Run { one: 1.0, lanes: 1, cells: CELLS as u32, last_cell: CELLS as u32 - 1, ..Run::zeroed() };
+        let words: Vec<f32> = tables.iter().map(|&word| W::splat(word).lane(0) as f32).collect();
+        let run = DispatchParameters {
+            one: 1.0,
+            threads_per_member: 1,
+            cells: CELLS as u32,
+            last_cell: CELLS as u32 - 1,
+            ..DispatchParameters::zeroed()
+        };
         let buffers = vec![
             (0, device.uniform("run", &[run]).expect("uniform buffer fits")),
             (6, device.upload("tables", if texels { &[] } else { &tables[..] })),
@@ -143,12 +151,12 @@ fn put<W: Copy>(y: &mut [W], values: &[W]) {
     y.copy_from_slice(values);
 }
 
-fn pair<W: Copy>(x: &[W], at: usize) -> Pair<W> {
-    Pair { high: x[at], low: x[at + 1] }
+fn pair<W: Copy>(x: &[W], at: usize) -> DoubleWord<W> {
+    DoubleWord { high: x[at], low: x[at + 1] }
 }
 
 /// Functions of no member state, with inputs of the size met in a march.
-fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
+fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
     let (hot, low, cold) = ((300.0, 1800.0), (-1e-4, 1e-4), (250.0, 2500.0));
     let k = (0.01, 0.6);
     vec![
@@ -162,11 +170,11 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let p = advanced(DoubleWord(x[0], x[1]), x[2]); y[0] = p.high; y[1] = p.low;",
+            body: "let p = add_compensated(DoubleWord(x[0], x[1]), x[2]); y[0] = p.high; y[1] = p.low;",
             inputs: vec![hot, low, (-2.0, 2.0)],
             outputs: 2,
             twin: |x, _, y| {
-                let p = advanced(pair(x, 0), x[2]);
+                let p = add_compensated(pair(x, 0), x[2]);
                 put(y, &[p.high, p.low]);
             },
         },
@@ -177,25 +185,25 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             twin: |x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.fraction; y[2] = value(segment(s, 8u, 4u), 1u);
-                   y[3] = integral(segment(s, 8u, 4u), 1u); y[4] = value(beyond(segment(s, 16u, 0u), 4u), 3u);",
+            body: "let s = table_index(x[0]); y[0] = real(s.row); y[1] = s.fraction; y[2] = interpolate(table_segment(s, 8u, 4u), 1u);
+                   y[3] = integral(table_segment(s, 8u, 4u), 1u); y[4] = interpolate(column_offset(table_segment(s, 16u, 0u), 4u), 3u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 5,
             twin: |x, tables, y| {
-                let s = spot(x[0]);
-                let row = segment(tables, s, 8, 4);
-                let offset = beyond(segment(tables, s, 16, 0), 4);
-                put(y, &[s.row, s.share, value(row, 1), integral(row, 1), value(offset, 3)]);
+                let s = table_index(x[0]);
+                let row = table_segment(tables, s, 8, 4);
+                let offset = column_offset(table_segment(tables, s, 16, 0), 4);
+                put(y, &[s.row, s.fraction, interpolate(row, 1), integral(row, 1), interpolate(offset, 3)]);
             },
         },
         Probe {
-            body: "let here = solid(segment(spot(x[0]), 16u, 0u), 3u, ConductivityParts(x[1], x[2], x[3]), true);
+            body: "let here = solid_properties(table_segment(table_index(x[0]), 16u, 0u), 3u, ConductivityParts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
             twin: |x, tables, y| {
-                let scale = Parts { solid: x[1], gas: x[2], radiative: x[3] };
-                let here = solid(segment(tables, spot(x[0]), COLUMNS, 0), 3, scale, true);
+                let scale = ConductivityParts { solid: x[1], gas: x[2], radiative: x[3] };
+                let here = solid_properties(table_segment(tables, table_index(x[0]), COLUMNS, 0), 3, scale, true);
                 put(y, &[here.conductivity, here.heat_capacity, here.slope]);
             },
         },
@@ -209,17 +217,17 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "y[0] = gain_across(x[0], x[1], x[2]);
+            body: "y[0] = conductance_slope_across(x[0], x[1], x[2]);
                    let by = flux_slopes(x[0], array<real, 2>(x[3], x[4])); y[1] = by[0]; y[2] = by[1];",
             inputs: vec![(1.0, 1e3), k, (1e-5, 1e-4), (-500.0, 500.0), (-500.0, 500.0)],
             outputs: 3,
             twin: |x, _, y| {
                 let [by_node, by_next] = flux_slopes(x[0], [x[3], x[4]]);
-                put(y, &[gain_across(x[0], x[1], x[2]), by_node, by_next]);
+                put(y, &[conductance_slope_across(x[0], x[1], x[2]), by_node, by_next]);
             },
         },
         Probe {
-            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0), Face(x[3], x[5], x[15], 0.0),
+            body: "let q = surface_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0), Face(x[3], x[5], x[15], 0.0),
                        FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13], x[14]);
                    y[0] = q.flux; y[1] = q.slope;",
             inputs: vec![
@@ -242,7 +250,7 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             ],
             outputs: 2,
             twin: |x, _, y| {
-                let drive = Drive {
+                let drive = BoundaryForcing {
                     flux_w_m2: x[0],
                     radiant_w_m2: x[1],
                     gas_k: x[2],
@@ -253,15 +261,15 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
                 };
                 let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], blowing: x[15], held: W::scalar(0.0) };
                 let scale = FaceScale { heating: x[6], film: x[7], exchange: x[8], emissivity: x[9] };
-                let q = face_flux(drive, face, scale, x[10], x[11], x[12], x[13], x[14]);
+                let q = surface_flux(drive, face, scale, x[10], x[11], x[12], x[13], x[14]);
                 put(y, &[q.flux, q.slope]);
             },
         },
         Probe {
             body: "y[0] = exponential(x[0]); y[1] = logarithm(x[1]); y[2] = power(x[1], x[2]); y[3] = mean_decay(x[3]);
-                   y[4] = consumed(x[4], x[3], 1.0); y[5] = consumed(x[4], x[3], 2.0);
-                   y[6] = consumed(x[4], x[3], 3.0); y[7] = consumed(x[4], x[3], x[7]);
-                   y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 80.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
+                   y[4] = consumed_share(x[4], x[3], 1.0); y[5] = consumed_share(x[4], x[3], 2.0);
+                   y[6] = consumed_share(x[4], x[3], 3.0); y[7] = consumed_share(x[4], x[3], x[7]);
+                   y[8] = arrhenius_rate(Reaction(1e9, x[5], 1.0, 500.0, 80.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
                    y[9] = decay(x[3]);",
             inputs: vec![
                 (-90.0, 90.0),
@@ -288,7 +296,7 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
                     heat_j_kg: of(0.0),
                     chained: of(0.0),
                 };
-                let gone = |order: f64| consumed(x[4], x[3], of(order));
+                let gone = |order: f64| consumed_share(x[4], x[3], of(order));
                 put(
                     y,
                     &[
@@ -299,45 +307,45 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
                         gone(1.0),
                         gone(2.0),
                         gone(3.0),
-                        consumed(x[4], x[3], x[7]),
-                        rate(reaction, x[6], of(1.1), x[8]),
+                        consumed_share(x[4], x[3], x[7]),
+                        arrhenius_rate(reaction, x[6], of(1.1), x[8]),
                         decay(x[3]),
                     ],
                 );
             },
         },
         Probe {
-            body: "y[0] = flux_sideways(x[0], x[1], DoubleWord(x[2], x[3]));",
+            body: "y[0] = lateral_heat_flux(x[0], x[1], DoubleWord(x[2], x[3]));",
             inputs: vec![(0.0, 50.0), (280.0, 310.0), hot, low],
             outputs: 1,
-            twin: |x, _, y| put(y, &[flux_sideways(x[0], x[1], pair(x, 2))]),
+            twin: |x, _, y| put(y, &[lateral_heat_flux(x[0], x[1], pair(x, 2))]),
         },
         Probe {
-            body: "let r = reading(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), x[4], x[5], x[6],
+            body: "let r = interface_temperature(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), x[4], x[5], x[6],
                        Sensor(x[7], x[8], x[9], x[10], 0.0)); y[0] = r.high; y[1] = r.low;",
             inputs: vec![hot, low, hot, low, k, k, (100.0, 1000.0), (0.0, 1.0), (0.0, 1.0), (1e-5, 1e-4), (1e-5, 1e-4)],
             outputs: 2,
             twin: |x, _, y| {
                 let none = W::scalar(0.0);
                 let sensor = Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10], depth_m: none };
-                let r = reading(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
+                let r = interface_temperature(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
                 put(y, &[r.high, r.low]);
             },
         },
         Probe {
-            body: "y[0] = covered(x[0], x[1], x[2], false); y[1] = covered(x[0], x[1], x[2], true);",
+            body: "y[0] = covered_length(x[0], x[1], x[2], false); y[1] = covered_length(x[0], x[1], x[2], true);",
             inputs: vec![(1e-5, 1e-3), (0.0, 1e-5), (1e-4, 1e-3)],
             outputs: 2,
-            twin: |x, _, y| put(y, &[covered(x[0], x[1], x[2], false), covered(x[0], x[1], x[2], true)]),
+            twin: |x, _, y| put(y, &[covered_length(x[0], x[1], x[2], false), covered_length(x[0], x[1], x[2], true)]),
         },
         Probe {
-            body: "let b = followed(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), DoubleWord(x[4], x[5]),
+            body: "let b = bead_response(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), DoubleWord(x[4], x[5]),
                        Bead(x[6], x[7]));
                    y[0] = b.high; y[1] = b.low;",
             inputs: vec![hot, low, hot, (-100.0, 100.0), hot, (-100.0, 100.0), (0.0, 1.0), (0.0, 1.0)],
             outputs: 2,
             twin: |x, _, y| {
-                let b = followed(pair(x, 0), pair(x, 2), pair(x, 4), Bead { start: x[6], end: x[7] });
+                let b = bead_response(pair(x, 0), pair(x, 2), pair(x, 4), Bead { start: x[6], end: x[7] });
                 put(y, &[b.high, b.low]);
             },
         },
@@ -378,7 +386,7 @@ fn body<W>(probes: &[Probe<W>], output: usize) -> &'static str {
 /// The probes whose outputs differ from those of their twins, with the number of differences.
 fn wrong<W>(device: &Device, precision: Precision, texels: bool, probes: &[Probe<W>]) -> Vec<(&'static str, usize)>
 where
-    W: Pod + Real<Scalar = W, Still = W> + PartialEq,
+    W: Pod + Real<Scalar = W, Constant = W> + PartialEq,
 {
     let probed = Probed::new(device, precision, texels, probes);
     let pipeline = device.pipeline(&probed.kernel, "probe").expect("the driver compiles it");
@@ -398,10 +406,10 @@ where
 pub(super) fn targets(device: &Device) -> Vec<Target> {
     fn target<W>(device: &Device, precision: Precision, texels: bool) -> Target
     where
-        W: Pod + Real<Scalar = W, Still = W> + PartialEq,
+        W: Pod + Real<Scalar = W, Constant = W> + PartialEq,
     {
         let probed = Probed::<W>::new(device, precision, texels, &probes());
-        let kernel = Kernel::of(probed.kernel.text.clone()).expect("it is sound");
+        let kernel = Kernel::parse(probed.kernel.source.clone()).expect("it is sound");
         Target {
             name: format!("probes in {precision:?}, tables in texels: {texels}"),
             entry: "probe",

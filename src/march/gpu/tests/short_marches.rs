@@ -1,16 +1,16 @@
 //! Short marches of random members on few cells: every function of a member's state against the processor.
 
-use super::super::batch::{Batch, Carried, Pipeline};
+use super::super::batch::{Batch, Invocation, Pipeline};
 use super::super::device::Device;
+use super::super::scalar::DeviceScalar;
 use super::super::shader;
-use super::super::word::Word;
 use super::{Target, mutants};
 use crate::case::{Bounds, Case, Property};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
-use crate::march::cpu::Reference;
-use crate::march::{March, Precision, read_out};
+use crate::march::cpu::ScalarReference;
+use crate::march::{March, Precision, interpolate_records};
 use crate::plan::Plan;
-use crate::traces::{Arrival, Traces};
+use crate::traces::{MemberStatus, Traces};
 use std::collections::BTreeMap;
 
 /// A material that decomposes in a chain, with orders that need a logarithm.
@@ -257,9 +257,9 @@ fn case(text: &str) -> Case {
 }
 
 /// All numbers of the members that do not diverge, and the status of all members.
-fn numbers(all: &Traces) -> (Vec<f64>, &[Arrival]) {
-    let mut traces = Traces::none(all.first, all.sensors, all.instants);
-    for member in (0..all.members()).filter(|&member| !matches!(all.arrivals[member], Arrival::Strayed { .. })) {
+fn numbers(all: &Traces) -> (Vec<f64>, &[MemberStatus]) {
+    let mut traces = Traces::empty(all.first, all.sensors, all.instants);
+    for member in (0..all.members()).filter(|&member| !matches!(all.statuses[member], MemberStatus::Diverged { .. })) {
         traces.extend(all, member..member + 1);
     }
     let heats = traces.balances.iter().flat_map(|b| {
@@ -277,7 +277,7 @@ fn numbers(all: &Traces) -> (Vec<f64>, &[Arrival]) {
     });
     let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
     let numbers = traces.temperatures_k.iter().chain(&traces.gauges).copied().chain(heats).chain(extremes);
-    (numbers.collect(), &all.arrivals)
+    (numbers.collect(), &all.statuses)
 }
 
 /// Members of each march.
@@ -311,7 +311,7 @@ fn in_precision(device: &Device, (name, text): &(&str, &str), precision: Precisi
     }
 }
 
-fn target<W: Word>(device: &Device, name: &str, text: &str, precision: Precision, lanes: u32) -> Target {
+fn target<W: DeviceScalar>(device: &Device, name: &str, text: &str, precision: Precision, lanes: u32) -> Target {
     let case = case(text);
     let width = case.factors.len();
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
@@ -335,21 +335,29 @@ fn target<W: Word>(device: &Device, name: &str, text: &str, precision: Precision
             heating.filter(|_| member + 1 == MEMBERS).into_iter().for_each(|heating| factors[heating] = 1e6);
             factors
         });
-        Ensemble::at(width + 1, members.collect())
+        Ensemble::from_values(width + 1, members.collect())
     };
-    let expected = Reference(precision).march(&plan, &ensemble(0), 0..MEMBERS).expect("the processor marches");
+    let expected = ScalarReference(precision).march(&plan, &ensemble(0), 0..MEMBERS).expect("the processor marches");
     let mut device = device.clone();
     // A software device would take dispatches as long as possible.
     device.is_software = false;
     let agrees = move |pipeline: &wgpu::ComputePipeline, mutant: u32| {
         let (inner, text) = (pipeline.clone(), String::new());
         let timed = Some((MEMBERS as u32, STRIDE));
-        let mut pipeline = Pipeline { inner, text, cells: plan.cells(), lanes, tells: false, texels, timed };
-        let carried = (0..MEMBERS).map(|member| Carried { member, along: None }).collect();
+        let mut pipeline = Pipeline {
+            compute: inner,
+            source: text,
+            cells: plan.cells(),
+            threads_per_member: lanes,
+            is_differentiated: false,
+            reads_texels: texels,
+            measured: timed,
+        };
+        let carried = (0..MEMBERS).map(|member| Invocation { member, direction: None }).collect();
         let batch =
             Batch::begin::<W>(&device, &mut pipeline, &plan, &ensemble(mutant), carried).expect("the batch begins");
         let Ok((traces, _)) = batch.finish::<W>(&device, &plan) else { return false };
-        let traces = read_out(traces, &plan, 1);
+        let traces = interpolate_records(traces, &plan, 1);
         let ((found, found_status), (expected, expected_status)) = (numbers(&traces), numbers(&expected));
         let alike = |(a, b): (&f64, &f64)| {
             if lanes == 1 { a.to_bits() == b.to_bits() } else { (a - b).abs() <= ROUNDING * (1.0 + b.abs()) }

@@ -2,14 +2,14 @@
 
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::{file_name, line};
-use crate::report::words;
-use crate::study::estimate::{Estimated, Profile};
+use crate::report::format;
+use crate::study::estimate::{ParameterEstimates, Profile};
 
-pub(super) fn figures(outcome: &Estimated) -> Vec<Figure> {
+pub(super) fn figures(outcome: &ParameterEstimates) -> Vec<Figure> {
     outcome.profiles.iter().map(|profile| figure(outcome, profile)).collect()
 }
 
-fn figure(outcome: &Estimated, profile: &Profile) -> Figure {
+fn figure(outcome: &ParameterEstimates, profile: &Profile) -> Figure {
     let place = profile.factor;
     let estimand = &outcome.factors[place];
     let name = &estimand.factor.name;
@@ -28,7 +28,7 @@ fn figure(outcome: &Estimated, profile: &Profile) -> Figure {
     let (below, above) = profile.interval;
     let (least, most) = estimand.bounds;
     let layers = vec![
-        Layer::Window { name: "95 % interval".to_owned(), from: below.unwrap_or(least), to: above.unwrap_or(most) },
+        Layer::Interval { name: "95 % interval".to_owned(), from: below.unwrap_or(least), to: above.unwrap_or(most) },
         line("linear approximation".to_owned(), Ink::Guide, Stroke::Dashed, &even, &parabola),
         line("95 % level".to_owned(), Ink::Guide, Stroke::Dotted, &[first, last], &[profile.level; 2]),
         line("profile".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
@@ -36,18 +36,18 @@ fn figure(outcome: &Estimated, profile: &Profile) -> Figure {
     ];
     Figure {
         id: file_name("profile", name),
-        number: String::new(),
+        paper_reference: String::new(),
         title: format!("Profile likelihood of {name}"),
         caption: format!(
             "Rise of the objective above its minimum with {name} fixed at each value and all other factors estimated \
              again. The 95 % interval is where the rise is below {}: {}; the linear one (dashed parabola) is {}. The \
              objective is scaled by the variance and the autocorrelation of the residuals.",
-            words::significant(profile.level, 3),
-            words::profiled(profile.interval, estimand.bounds),
-            words::interval(outcome.intervals[place], estimand.bounds)
+            format::significant(profile.level, 3),
+            format::profile_interval(profile.interval, estimand.bounds),
+            format::interval(outcome.intervals[place], estimand.bounds)
         ),
         x: Axis::linear(name),
-        y: Axis::linear("Rise of the scaled objective").within(0.0, highest),
+        y: Axis::linear("Rise of the scaled objective").with_range(0.0, highest),
         layers,
     }
 }

@@ -2,37 +2,41 @@
 
 use crate::case::Case;
 use crate::report::estimate::posterior;
-use crate::report::figure::{Axis, Figure, Ink, Layer, Region, Stroke, Variable};
-use crate::report::figures::{STILL_K, file_name, line, measured, temperature, thinned, time};
-use crate::report::words;
+use crate::report::figure::{Axis, CornerVariable, DensityRegion, Figure, Ink, Layer, Stroke};
+use crate::report::figures::{CONSTANT_K, file_name, line, measured, temperature_axis, thinned, time_axis};
+use crate::report::format;
 use crate::study::answers::Answers;
-use crate::study::estimate::Estimated;
-use crate::study::posterior::{Band, Posterior, Predicted};
+use crate::study::estimate::ParameterEstimates;
+use crate::study::posterior::{Posterior, PosteriorPredictive, PredictiveBand};
 
-pub(in crate::report::estimate) fn figures(answers: &Answers, found: &Estimated, outcome: &Posterior) -> Vec<Figure> {
-    let mut figures = vec![corner(found, outcome)];
+pub(in crate::report::estimate) fn figures(
+    answers: &Answers,
+    found: &ParameterEstimates,
+    outcome: &Posterior,
+) -> Vec<Figure> {
+    let mut figures = vec![corner_plot(found, outcome)];
     for (case, of) in answers.cases().zip(&outcome.predicted) {
-        figures.extend((0..case.sensors.len()).filter_map(|sensor| predictive(answers, case, of, sensor)));
+        figures.extend((0..case.sensors.len()).filter_map(|sensor| predictive_intervals(answers, case, of, sensor)));
     }
     figures
 }
 
-fn corner(found: &Estimated, outcome: &Posterior) -> Figure {
+fn corner_plot(found: &ParameterEstimates, outcome: &Posterior) -> Figure {
     let variable = |place: usize| {
         let marginal = &outcome.marginals[place];
-        Variable {
+        CornerVariable {
             name: found.factors[place].factor.name.clone(),
-            range: marginal.range,
-            middles: marginal.middles(),
+            range: marginal.histogram_range,
+            bin_centres: marginal.bin_centres(),
             shares: marginal.shares.clone(),
             estimate: found.values[place],
             interval: marginal.interval,
         }
     };
-    let region = |pair: &crate::study::posterior::Pair| Region {
-        across: pair.places.0,
-        up: pair.places.1,
-        enclosed: pair.enclosed.clone(),
+    let region = |pair: &crate::study::posterior::PairMarginal| DensityRegion {
+        across: pair.factors.0,
+        up: pair.factors.1,
+        enclosed: pair.enclosed_mass.clone(),
     };
     let several = if outcome.pairs.is_empty() {
         ""
@@ -41,31 +45,32 @@ fn corner(found: &Estimated, outcome: &Posterior) -> Figure {
     };
     Figure {
         id: "corner".to_owned(),
-        number: String::new(),
+        paper_reference: String::new(),
         title: "Posterior of the factors".to_owned(),
         caption: format!(
             "Diagonal: histograms of the samples, 95 % intervals (dashed) and estimates (vermilion).{several} {}",
-            posterior::walked(outcome)
+            posterior::mcmc_summary(outcome)
         ),
         x: Axis::linear(""),
         y: Axis::linear(""),
-        layers: vec![Layer::Corner {
+        layers: vec![Layer::CornerPlot {
             variables: (0..outcome.marginals.len()).map(variable).collect(),
             regions: outcome.pairs.iter().map(region).collect(),
         }],
     }
 }
 
-/// One sensor; `None` if its temperature is constant.
-fn predictive(answers: &Answers, case: &Case, of: &Predicted, sensor: usize) -> Option<Figure> {
+/// One sensor; `Scalar` if its temperature is constant.
+fn predictive_intervals(answers: &Answers, case: &Case, of: &PosteriorPredictive, sensor: usize) -> Option<Figure> {
     let found = &of.sensors[sensor];
-    let width_k = |band: &Band| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);
+    let width_k =
+        |band: &PredictiveBand| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);
     let widest_k = width_k(&found.discrepancy).max(width_k(&found.parameters));
-    if widest_k <= STILL_K {
+    if widest_k <= CONSTANT_K {
         return None;
     }
-    let name = answers.sensor(case, sensor);
-    let band = |name: &str, ink: Ink, opacity: f64, band: &Band| Layer::Band {
+    let name = answers.sensor_name(case, sensor);
+    let band = |name: &str, ink: Ink, opacity: f64, band: &PredictiveBand| Layer::Band {
         name: name.to_owned(),
         ink,
         opacity,
@@ -82,17 +87,17 @@ fn predictive(answers: &Answers, case: &Case, of: &Predicted, sensor: usize) -> 
     layers.extend(seen.map(|seen| measured("measured".to_owned(), Ink::Measured, seen)));
     Some(Figure {
         id: file_name("predictive", &name),
-        number: String::new(),
+        paper_reference: String::new(),
         title: format!("Posterior prediction of {name}"),
         caption: format!(
             "Pointwise 95 % predictive intervals: by the factors only (largest width {}) and with model discrepancy \
              ({}). {}",
-            words::misfit(width_k(&found.parameters)),
-            words::misfit(width_k(&found.discrepancy)),
-            posterior::held(case, sensor, found)
+            format::temperature_difference(width_k(&found.parameters)),
+            format::temperature_difference(width_k(&found.discrepancy)),
+            posterior::coverage(case, sensor, found)
         ),
-        x: time(case),
-        y: temperature(),
+        x: time_axis(case),
+        y: temperature_axis(),
         layers,
     })
 }

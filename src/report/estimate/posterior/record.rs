@@ -1,10 +1,10 @@
 //! The key `posterior` of `summary.json`.
 
 use crate::case::Case;
-use crate::report::files::json::Named;
+use crate::report::files::json::OrderedMap;
 use crate::study::answers::Answers;
-use crate::study::estimate::Estimated;
-use crate::study::posterior::{Band, Foreseen, Posterior, Predicted};
+use crate::study::estimate::ParameterEstimates;
+use crate::study::posterior::{Posterior, PosteriorPredictive, PredictiveBand, SensorPredictive};
 use serde::Serialize;
 
 /// Keys in the order written.
@@ -16,11 +16,11 @@ pub(in crate::report::estimate) struct PosteriorRecord<'a> {
     acceptance: f64,
     marches: usize,
     converged: bool,
-    factors: Named<'a, MarginalRecord>,
+    factors: OrderedMap<'a, MarginalRecord>,
     correlation: Vec<Vec<f64>>,
     discrepancy: DiscrepancyRecord,
     /// Case → sensor → predictive intervals.
-    predicted: Named<'a, Named<'a, ForeseenRecord>>,
+    predicted: OrderedMap<'a, OrderedMap<'a, PredictiveIntervals>>,
 }
 
 #[derive(Serialize)]
@@ -45,14 +45,14 @@ struct DiscrepancyRecord {
 
 /// By the factors only, and with model discrepancy.
 #[derive(Serialize)]
-struct ForeseenRecord {
-    parameters: PeakRecord,
-    with_discrepancy: PeakRecord,
+struct PredictiveIntervals {
+    parameters: PeakInterval,
+    with_discrepancy: PeakInterval,
 }
 
 /// Predictive interval of a sensor's peak, K, and coverage of its observations, if any.
 #[derive(Serialize)]
-struct PeakRecord {
+struct PeakInterval {
     peak_low_k: f64,
     peak_median_k: f64,
     peak_high_k: f64,
@@ -60,37 +60,41 @@ struct PeakRecord {
 }
 
 impl<'a> PosteriorRecord<'a> {
-    pub(in crate::report::estimate) fn of(answers: &'a Answers, found: &'a Estimated, outcome: &'a Posterior) -> Self {
+    pub(in crate::report::estimate) fn of(
+        answers: &'a Answers,
+        found: &'a ParameterEstimates,
+        outcome: &'a Posterior,
+    ) -> Self {
         let names = found.factors.iter().map(|factor| factor.factor.name.as_str());
         let marginals = outcome.marginals.iter().map(|found| MarginalRecord {
             median: found.median,
             low: found.interval.0,
             high: found.interval.1,
-            r_hat: found.mixing.r_hat,
-            autocorrelation_time: found.mixing.autocorrelation_moves,
-            effective_samples: found.mixing.effective_draws,
+            r_hat: found.diagnostics.r_hat,
+            autocorrelation_time: found.diagnostics.autocorrelation_time,
+            effective_samples: found.diagnostics.effective_draws,
         });
         let factors = outcome.marginals.len();
         let mut correlation = vec![vec![1.0; factors]; factors];
         for pair in &outcome.pairs {
-            let (x, y) = pair.places;
+            let (x, y) = pair.factors;
             (correlation[x][y], correlation[y][x]) = (pair.correlation, pair.correlation);
         }
         Self {
             walkers: outcome.walkers.number,
-            iterations: outcome.walkers.moves,
+            iterations: outcome.walkers.iterations,
             burn_in: outcome.burn_in,
             acceptance: outcome.acceptance,
             marches: outcome.marches,
-            converged: outcome.is_settled(),
-            factors: Named(names.zip(marginals).collect()),
+            converged: outcome.has_converged(),
+            factors: OrderedMap(names.zip(marginals).collect()),
             correlation,
             discrepancy: DiscrepancyRecord {
                 relative_amplitude: outcome.discrepancy.share,
                 amplitude_k: outcome.discrepancy.amplitude_k,
                 correlation_time_s: outcome.discrepancy.time_s,
             },
-            predicted: Named(
+            predicted: OrderedMap(
                 answers
                     .cases()
                     .zip(&outcome.predicted)
@@ -101,15 +105,15 @@ impl<'a> PosteriorRecord<'a> {
     }
 }
 
-fn predicted<'a>(case: &'a Case, outcome: &Predicted) -> Named<'a, ForeseenRecord> {
-    let peak = |band: &Band, coverage: Option<f64>| {
+fn predicted<'a>(case: &'a Case, outcome: &PosteriorPredictive) -> OrderedMap<'a, PredictiveIntervals> {
+    let peak = |band: &PredictiveBand, coverage: Option<f64>| {
         let [peak_low_k, peak_median_k, peak_high_k] = band.peak_k;
-        PeakRecord { peak_low_k, peak_median_k, peak_high_k, coverage }
+        PeakInterval { peak_low_k, peak_median_k, peak_high_k, coverage }
     };
-    let record = |found: &Foreseen| ForeseenRecord {
-        parameters: peak(&found.parameters, found.held.map(|coverage| coverage.0)),
-        with_discrepancy: peak(&found.discrepancy, found.held.map(|coverage| coverage.1)),
+    let record = |found: &SensorPredictive| PredictiveIntervals {
+        parameters: peak(&found.parameters, found.coverage.map(|coverage| coverage.0)),
+        with_discrepancy: peak(&found.discrepancy, found.coverage.map(|coverage| coverage.1)),
     };
     let sensors = case.sensors.iter().zip(&outcome.sensors);
-    Named(sensors.map(|(sensor, found)| (sensor.name.as_str(), record(found))).collect())
+    OrderedMap(sensors.map(|(sensor, found)| (sensor.name.as_str(), record(found))).collect())
 }

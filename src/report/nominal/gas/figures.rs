@@ -2,27 +2,33 @@
 
 use crate::case::Case;
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
-use crate::report::figures::{line, time};
+use crate::report::figures::{line, time_axis};
 use crate::report::nominal::gas;
-use crate::study::nominal::{Nominal, Reading};
+use crate::study::nominal::{GaugeTrace, Prediction};
 use crate::traces::Gauge;
 
 /// Mass lost and fronts only where plies decompose, pressures only with Darcy's law.
-pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Nominal) -> Vec<Figure> {
-    let reading = |gauge| outcome.reading(gauge);
+pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Prediction) -> Vec<Figure> {
+    let reading = |gauge| outcome.gauge_trace(gauge);
     let times_s = &outcome.instants_s;
     let mut figures = Vec::new();
     let mut add = |id: &str, title: &str, caption, y, layers| {
         let (id, title) = (id.to_owned(), title.to_owned());
-        figures.push(Figure { id, number: String::new(), title, caption, x: time(case), y, layers });
+        figures.push(Figure { id, paper_reference: String::new(), title, caption, x: time_axis(case), y, layers });
     };
     if let Some(flux) = reading(Gauge::GasFlux) {
         let layers = vec![curve("", 0, Stroke::Solid, times_s, flux.values.clone())];
-        add("gas-flux", "Gas flux out of the hot face", gas::flux(flux), Axis::linear("Gas flux, kg/m²/s"), layers);
+        add(
+            "gas-flux",
+            "Gas flux out of the hot face",
+            gas::flux_caption(flux),
+            Axis::linear("Gas flux, kg/m²/s"),
+            layers,
+        );
     }
     if let Some(lost) = reading(Gauge::MassLost).filter(|_| gas::decomposes(case)) {
         let layers = vec![curve("", 1, Stroke::Solid, times_s, lost.values.clone())];
-        add("gas-lost", "Mass lost", gas::lost(lost), Axis::linear("Mass lost, kg/m²"), layers);
+        add("gas-lost", "Mass lost", gas::mass_lost_caption(lost), Axis::linear("Mass lost, kg/m²"), layers);
     }
     if let (Some(virgin), Some(char)) = (reading(Gauge::VirginFront), reading(Gauge::CharFront))
         && virgin.peak > 0.0
@@ -31,18 +37,18 @@ pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Nominal) -> Vec
             [(char, "char front", 7), (virgin, "virgin front", 2)].into_iter().filter(|(front, ..)| front.peak > 0.0);
         let layers = met.map(|(front, name, ink)| curve(name, ink, Stroke::Solid, times_s, depths_mm(front))).collect();
         let axis = Axis::linear("Depth in the undeformed layup, mm");
-        add("gas-fronts", "Char front and virgin front", gas::fronts(virgin, char), axis, layers);
+        add("gas-fronts", "Char front and virgin front", gas::fronts_caption(virgin, char), axis, layers);
     }
     if let (Some(largest), Some(back)) = (reading(Gauge::PeakPressure), reading(Gauge::BackPressure))
-        && gas::is_driven(case)
+        && gas::has_darcy_flow(case)
     {
-        let kilopascals = |of: &Reading| of.values.iter().map(|pressure_pa| 1e-3 * pressure_pa).collect();
+        let kilopascals = |of: &GaugeTrace| of.values.iter().map(|pressure_pa| 1e-3 * pressure_pa).collect();
         let layers = vec![
             curve("maximum in the layup", 0, Stroke::Solid, times_s, kilopascals(largest)),
             curve("at the back face", 1, Stroke::Dashed, times_s, kilopascals(back)),
         ];
         let axis = Axis::linear("Pressure, kPa");
-        add("gas-pressure", "Gas pressure in the layup", gas::pressure(largest, back), axis, layers);
+        add("gas-pressure", "Gas pressure in the layup", gas::pressure_caption(largest, back), axis, layers);
     }
     figures
 }
@@ -52,17 +58,17 @@ fn curve(name: &str, series: usize, stroke: Stroke, times_s: &[f64], values: Vec
 }
 
 /// Depths of a front; a gap where there is none, as zero would put it at the hot face.
-fn depths_mm(front: &Reading) -> Vec<f64> {
+fn depths_mm(front: &GaugeTrace) -> Vec<f64> {
     front.values.iter().map(|&depth_m| if depth_m > 0.0 { 1e3 * depth_m } else { f64::NAN }).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::GasPath;
+    use crate::case::GasFlowModel;
     use crate::report::fixture;
 
-    fn drawn(outcomes: &fixture::Outcomes) -> Vec<String> {
+    fn drawn(outcomes: &fixture::StudyFixture) -> Vec<String> {
         figures(&outcomes.case, &outcomes.nominal).into_iter().map(|figure| figure.id).collect()
     }
 
@@ -72,9 +78,9 @@ mod tests {
         assert!(drawn(&outcomes).is_empty());
         let mut charring = outcomes.charring();
         assert_eq!(drawn(&charring), ["gas-flux", "gas-lost", "gas-fronts", "gas-pressure"]);
-        charring.case.gas.as_mut().expect("gas").path = GasPath::QuasiSteady;
+        charring.case.gas.as_mut().expect("gas").model = GasFlowModel::QuasiSteady;
         assert_eq!(drawn(&charring), ["gas-flux", "gas-lost", "gas-fronts"]);
-        charring.nominal.readings.iter_mut().for_each(|reading| reading.peak = 0.0);
+        charring.nominal.gauge_traces.iter_mut().for_each(|reading| reading.peak = 0.0);
         assert_eq!(drawn(&charring), ["gas-flux", "gas-lost"]);
         charring.case.layup = fixture::outcomes().case.layup;
         assert_eq!(drawn(&charring), ["gas-flux"]);
@@ -83,7 +89,7 @@ mod tests {
     #[test]
     fn a_front_is_drawn_in_millimetres_with_a_gap_where_there_is_none() {
         let mut outcomes = fixture::outcomes().charring();
-        outcomes.nominal.readings[Gauge::CharFront as usize].values[..10].fill(0.0);
+        outcomes.nominal.gauge_traces[Gauge::CharFront as usize].values[..10].fill(0.0);
         let figures = figures(&outcomes.case, &outcomes.nominal);
         let fronts = figures.iter().find(|figure| figure.id == "gas-fronts").expect("fronts are drawn");
         let Layer::Line { name, y, .. } = &fronts.layers[0] else { panic!("a curve") };

@@ -1,0 +1,212 @@
+// Heat conduction: twin of src/physics/conduction.rs.
+
+struct Node {
+    temperature: DoubleWord,
+    increment: real,
+    conductivity: real,
+    slope: real,
+    capacity: real,
+    gas_enthalpy_j_kg: real,
+    gas_heat_capacity: real,
+}
+
+struct InteriorFaceFlux {
+    conducted: real,
+    advected: real,
+    slopes: array<real, 2>,
+}
+
+struct SurfaceState {
+    temperature_k: real,
+    emissivity: real,
+    enthalpy_j_kg: real,
+    enthalpy_slope_j_kg_k: real,
+}
+
+// A column of properties that the passes over the cells read; of one cell where they look the properties up themselves.
+alias NodeColumn = array<real, NODE_CELLS>;
+
+var<COLUMNS> conductivities: Column;
+var<COLUMNS> slopes: NodeColumn;
+var<COLUMNS> stage_capacities: NodeColumn;
+
+fn subtract_advection(conductivity_slopes: array<real, 2>, advection: array<real, 2>) -> array<real, 2> {
+    return array<real, 2>(conductivity_slopes[0] - advection[0], conductivity_slopes[1] - advection[1]);
+}
+
+fn no_flux() -> InteriorFaceFlux {
+    return InteriorFaceFlux(0.0, 0.0, array<real, 2>(0.0, 0.0));
+}
+
+fn properties(step: u32, stage: u32) {
+    if GAS && !reads_gas_tables(stage) {
+        extrapolate_gas_enthalpy();
+    }
+    if PROPERTIES_IN_SWEEP {
+        return;
+    }
+    for (var p = first_ply(); p < end_ply(); p++) {
+        if plan.plies[p].rows > 1u || LEVELS > 1u {
+            for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+                mixture_properties(p, i, step, stage);
+            }
+        } else {
+            for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+                let here = single_substance_properties(p, i, stage);
+                conductivities[i] = here.conductivity;
+                slopes[i] = here.slope;
+                stage_capacities[i] = here.heat_capacity;
+            }
+        }
+        if DARCY {
+            for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+                stage_capacities[i] = stage_capacities[i] + gas_capacity(i);
+            }
+        }
+    }
+}
+
+fn mixture_properties(p: u32, i: u32, step: u32, stage: u32) {
+    let at = table_index(temperatures[i].high + stage_increment(i, stage));
+    let pressure = pressure_index(i, step, stage);
+    let row = ply_row(p, at_pressure_levels(at, pressure)[0]);
+    let here = mixture(p, at, row, pressure, stage_phases(p, i, stage), stage == 0u);
+    conductivities[i] = here.conductivity;
+    slopes[i] = here.slope;
+    stage_capacities[i] = cells[i].width_m * here.heat_capacity;
+    if reads_gas_tables(stage) {
+        gas_enthalpy(i, gas_columns(p, row));
+    }
+    if GAS && stage == 0u && plan.plies[p].end_reaction > plan.plies[p].first_reaction {
+        store_enthalpy_rises(p, i, row);
+    }
+}
+
+// Returns the heat capacity of the whole cell, J/m²/K.
+fn single_substance_properties(p: u32, i: u32, stage: u32) -> SolidProperties {
+    let ply = plan.plies[p];
+    let row = ply_row(p, table_index(temperatures[i].high + stage_increment(i, stage)));
+    var scale = state_scales[ply.first_state].conductivity;
+    var density_kg_m3 = ply_scales[p].density_kg_m3;
+    if GAS && ply.states > 1u {
+        let all = mixture_sums(p, stage_phases(p, i, stage), ply.states);
+        scale = times(all.conductivity, 1.0 / conductivity_divisor(p, all.remains), ply.parts);
+        density_kg_m3 = ply_scales[p].mass_kg_m3 * all.enthalpy_scale;
+        if stage == 0u {
+            store_enthalpy_rises(p, i, row);
+        }
+    }
+    if reads_gas_tables(stage) {
+        gas_enthalpy(i, gas_columns(p, row));
+    }
+    let here = solid_properties(row, ply.parts, scale, stage == 0u);
+    return SolidProperties(here.conductivity, here.slope, cells[i].width_m * (density_kg_m3 * here.heat_capacity));
+}
+
+// Node at a stage. Properties are looked up here where one thread marches a member, as storing columns dominates its
+// time.
+fn node(p: u32, i: u32, stage: u32) -> Node {
+    let by = stage_increment(i, stage);
+    let temperature = add_unnormalized(temperatures[i], by);
+    if PROPERTIES_IN_SWEEP {
+        let here = single_substance_properties(p, i, stage);
+        if stage == 0u {
+            conductivities[i] = here.conductivity;
+        }
+        return Node(temperature, by, here.conductivity, here.slope, here.heat_capacity, 0.0, 0.0);
+    }
+    var node = Node(temperature, by, conductivities[i], 0.0, stage_capacities[i], 0.0, 0.0);
+    if stage == 0u {
+        node.slope = slopes[i];
+    }
+    if GAS {
+        node.gas_enthalpy_j_kg = gas_enthalpy_j_kg[i];
+        node.gas_heat_capacity = gas_heat_capacities[i];
+    }
+    return node;
+}
+
+fn flux_within_ply(cell: u32, here: Node, next: Node, stage: u32) -> InteriorFaceFlux {
+    let half_over_next_1_m = cells[cell].half_over_next_1_m;
+    let conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
+    let drop = difference(here.temperature, next.temperature);
+    var conductivity_slopes = array<real, 2>(0.0, 0.0);
+    if stage == 0u {
+        let gain = half_over_next_1_m * drop;
+        conductivity_slopes = array<real, 2>(here.slope * gain, next.slope * gain);
+    }
+    return interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage);
+}
+
+fn flux_across_interface(p: u32, here: Node, next: Node, stage: u32) -> InteriorFaceFlux {
+    let cell = plan.plies[p].first_cell - 1u;
+    let below_m = cells[cell].below_m;
+    let above_m = cells[cell + 1u].above_m;
+    let conductance =
+        conductance_across(here.conductivity, below_m, next.conductivity, above_m, contact_scales[p - 1u]);
+    let drop = difference(here.temperature, next.temperature);
+    var conductivity_slopes = array<real, 2>(0.0, 0.0);
+    if stage == 0u {
+        let own = conductance_slope_across(conductance, here.conductivity, below_m) * here.slope;
+        let below = conductance_slope_across(conductance, next.conductivity, above_m) * next.slope;
+        conductivity_slopes = array<real, 2>(own * drop, below * drop);
+    }
+    return interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage);
+}
+
+fn interior_face_flux(
+    cell: u32,
+    here: Node,
+    next: Node,
+    conductance: real,
+    drop: real,
+    slopes_by_conductivity: array<real, 2>,
+    stage: u32,
+) -> InteriorFaceFlux {
+    var flux = InteriorFaceFlux(conductance * drop, 0.0, array<real, 2>(0.0, 0.0));
+    if GAS {
+        flux.advected = advected_heat_gain(mass_fluxes[cell], here.gas_enthalpy_j_kg, next.gas_enthalpy_j_kg);
+    }
+    if stage == 0u {
+        var conductivity_slopes = slopes_by_conductivity;
+        if GAS {
+            let advection = advected_heat_slopes(mass_fluxes[cell], here.gas_heat_capacity, next.gas_heat_capacity);
+            conductivity_slopes = subtract_advection(conductivity_slopes, advection);
+        }
+        flux.slopes = flux_slopes(conductance, conductivity_slopes);
+    }
+    return flux;
+}
+
+fn surface_state(face: u32, cell: u32, stage: u32) -> SurfaceState {
+    let temperature_k = temperatures[cell].high + stage_increment(cell, stage);
+    let at = table_index(temperature_k);
+    let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at, stage);
+    let air = table_segment(at, FACE_COLUMNS, FACE_TABLE);
+    return SurfaceState(temperature_k, emissivity, interpolate(air, 0u), interpolate(air, 1u));
+}
+
+fn open_face_flux(face: u32, forcing: BoundaryForcing, surface_state: SurfaceState) -> SurfaceFlux {
+    let open = surface_flux(
+        forcing,
+        plan.faces[face],
+        face_scales[face],
+        surface_state.temperature_k,
+        surface_state.emissivity,
+        surface_state.enthalpy_j_kg,
+        surface_state.enthalpy_slope_j_kg_k,
+        stage_outflow,
+    );
+    let free = 1.0 - plan.faces[face].held;
+    return SurfaceFlux(free * open.flux, free * open.slope);
+}
+
+fn face_heat_flux(face: u32, cell: u32, step: u32, stage: u32) -> real {
+    var conducted_on = face_conduction[face];
+    if HOLDER == 1u {
+        let forcing = boundary_forcing[4u * step + 2u * face + stage];
+        let conductance = holder_conductance(face * (PLIES - 1u), cell);
+        conducted_on = conducted_on - lateral_heat_flux(conductance, forcing.holder_k, stage_temperature(cell, stage));
+    }
+    return boundary_rows[face].flux + plan.faces[face].held * conducted_on;
+}

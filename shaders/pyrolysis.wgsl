@@ -1,0 +1,150 @@
+// Pyrolysis reactions: twin of src/physics/pyrolysis.rs.
+
+// A column for gas; of one cell without gas, as WGSL has no empty arrays.
+alias GasColumn = array<real, GAS_CELLS>;
+
+// Cell × reaction.
+var<COLUMNS> advancements: array<DoubleWord, GAS_CELLS * REACTIONS>;
+// Cell × state: volume fractions for the first stage of the next step, and for the second stage of this one.
+var<COLUMNS> first_stage_phases: array<real, GAS_CELLS * STATES>;
+var<COLUMNS> second_stage_phases: array<real, GAS_CELLS * STATES>;
+var<COLUMNS> enthalpy_rises: array<array<real, 2>, GAS_CELLS * STATES>;
+var<COLUMNS> gas_source: GasColumn;
+var<COLUMNS> absorbed_heat: GasColumn;
+var<COLUMNS> mean_gas_source: GasColumn;
+var<COLUMNS> mean_absorbed_heat: GasColumn;
+var<COLUMNS> heat_slopes: GasColumn;
+var<private> released_heat: real;
+var<private> released_heat_ends: array<real, 2>;
+
+fn stiffness_damping(rises_w_m2_k: real, capacity: real, damping_rate_1_s: real) -> real {
+    let stiff = rises_w_m2_k * opaque(real(GAMMA));
+    return stiff * (stiff / (capacity * damping_rate_1_s + stiff));
+}
+
+fn advance_reactions(step: u32, stage: u32) {
+    released_heat = 0.0;
+    released_heat_ends = array<real, 2>(0.0, 0.0);
+    if stage == 0u {
+        return;
+    }
+    let step_length_s = lengths[step];
+    var next_s = real(0.0);
+    if step + 1u < run.steps {
+        next_s = lengths[step + 1u];
+    }
+    for (var p = first_ply(); p < end_ply(); p++) {
+        let ply = plan.plies[p];
+        if ply.end_reaction == ply.first_reaction {
+            continue;
+        }
+        for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+            advance_cell_reactions(p, i, step_length_s, next_s);
+        }
+    }
+}
+
+fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
+    let scale = ply_scales[p];
+    let ply = plan.plies[p];
+    let rise_k = 0.5 * first_increments[i];
+    let temperature_k = temperatures[i].high + rise_k;
+    let gas_here_j_kg = gas_enthalpy_j_kg[i] + gas_heat_capacities[i] * rise_k;
+    let is_absolute = plan.bulks[p].absolute == 1.0;
+    var state_enthalpies: Phases;
+    var risen_j_kg = enthalpy_rises[i * STATES][0] + enthalpy_rises[i * STATES][1] * rise_k;
+    for (var state = 0u; state < ply.states; state++) {
+        if state > 0u && ply.rows > 1u {
+            risen_j_kg = enthalpy_rises[i * STATES + state][0] + enthalpy_rises[i * STATES + state][1] * rise_k;
+        }
+        state_enthalpies[state] = state_enthalpy(p, state, risen_j_kg);
+    }
+    let per_kelvin = 1.0 / temperature_k;
+    let inverse_step_1_s = 1.0 / step_length_s;
+    let growth = next_s * inverse_step_1_s;
+    let steepness_k = scale.activation * per_kelvin;
+    var before = real(1.0);
+    var inflow = real(0.0);
+    var gas_made = real(0.0);
+    var heat_absorbed = real(0.0);
+    var solid_released = real(0.0);
+    var heat_slope = real(0.0);
+    var second_stage = virgin();
+    var first_stage = virgin();
+    for (var j = ply.first_reaction; j < ply.end_reaction; j++) {
+        let place = i * REACTIONS + j - ply.first_reaction;
+        let reaction = plan.reactions[j];
+        let steepness = reaction.activation_k * steepness_k;
+        let path = plan.paths[j];
+        let before_it = advancements[place];
+        let is_chained = reaction.chained == 1.0;
+        let ahead = select(1.0, before, is_chained);
+        var reactant = opaque(opaque(ahead - before_it.high) - before_it.low);
+        if is_chained {
+            reactant = reactant + 0.5 * inflow;
+        }
+        reactant = max(reactant, 0.0);
+        before = before_it.high;
+        if reaction.idle < steepness || reactant < real(REACTANT_MIN) {
+            inflow = 0.0;
+            let moved_fraction = before_it.high * reaction.share;
+            second_stage = transfer_volume(second_stage, path, moved_fraction);
+            first_stage = transfer_volume(first_stage, path, moved_fraction);
+            continue;
+        }
+        let exposure = step_length_s * arrhenius_rate(reaction, temperature_k, scale.kinetics, steepness);
+        let used = consumed_share(reactant, exposure, reaction.order);
+        let spent = reactant * used;
+        inflow = spent;
+        let done = add_compensated(before_it, spent);
+        advancements[place] = done;
+        let lag = spent * opaque(real(GAMMA));
+        let lead = min(lag * growth, (1.0 - done.high) * real(GAMMA));
+        second_stage = transfer_volume(second_stage, path, (done.high - lag) * reaction.share);
+        first_stage = transfer_volume(first_stage, path, (done.high + lead) * reaction.share);
+        let gas = spent * (reaction.loss * scale.loss);
+        let lost = spent * (reaction.share * (state_enthalpies[path.source] - state_enthalpies[path.product]));
+        var of_reaction = gas * reaction.heat_j_kg;
+        if is_absolute {
+            of_reaction = gas * gas_here_j_kg - lost;
+        }
+        let heat_taken = scale.pyrolysis_heat * of_reaction;
+        gas_made = gas_made + gas;
+        heat_absorbed = heat_absorbed + heat_taken;
+        solid_released = solid_released + lost;
+        heat_slope = heat_slope + heat_taken * ((1.0 - used) * steepness);
+    }
+    for (var state = 0u; state < ply.states; state++) {
+        first_stage_phases[i * STATES + state] = first_stage[state];
+        second_stage_phases[i * STATES + state] = second_stage[state];
+    }
+    let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * inverse_step_1_s;
+    let heat_given = opaque(opaque(gas_made * gas_here_j_kg - solid_released) - heat_absorbed);
+    store_stage_sources(i, flux_kg_m2_s * gas_made, flux_kg_m2_s * heat_absorbed, 2.0 * (flux_kg_m2_s * heat_given));
+    heat_slopes[i] = max(flux_kg_m2_s * (heat_slope * per_kelvin), 0.0);
+}
+
+fn gas_source_at(i: u32, stage: u32) -> real {
+    return select(gas_source[i], mean_gas_source[i], stage == 0u);
+}
+
+fn absorbed_heat_at(i: u32, stage: u32) -> real {
+    if !GAS {
+        return 0.0;
+    }
+    return select(absorbed_heat[i], mean_absorbed_heat[i], stage == 0u);
+}
+
+fn store_stage_sources(i: u32, gas_made: real, heat_absorbed: real, heat_given: real) {
+    gas_source[i] = 2.0 * gas_made - mean_gas_source[i];
+    absorbed_heat[i] = 2.0 * heat_absorbed - mean_absorbed_heat[i];
+    mean_gas_source[i] = gas_made;
+    mean_absorbed_heat[i] = heat_absorbed;
+    released_heat = released_heat + heat_given;
+    if i == 0u {
+        released_heat_ends[0] = heat_given;
+    }
+    if i == run.last_cell {
+        released_heat_ends[1] = heat_given;
+    }
+}

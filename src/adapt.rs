@@ -1,0 +1,393 @@
+//! Adaptation of grid and time steps to a tolerance, from a posteriori error estimates of the nominal member.
+//!
+//! Each region, a ply or a segment of time, has a density of its own. Marching with that region alone refined by two
+//! measures its contribution to the error at the sensors; then the densities are chosen that minimise the work for the
+//! tolerance. Cells and steps are thereby fine only where a sensor sees the difference, which local error estimates do
+//! not know. All members share the result, so that differences between them carry no noise from step-size control.
+
+pub mod error_estimate;
+
+use crate::case::{Bounds, Case};
+use crate::ensemble::Ensemble;
+use crate::march::cpu::Cpu;
+use crate::march::monitor::{Monitor, Progress};
+use crate::march::richardson::march_extrapolated;
+use crate::march::{MarchError, Precision};
+use crate::plan::GridDensity;
+use crate::plan::{Discretisation, Plan};
+use crate::plan::{GRADING_EXPONENT, StepGrowth, TimeSegment, TimeStepControl};
+use crate::traces::{MemberStatus, Traces};
+use error_estimate::{OutputErrors, TWOFOLD_ERROR_RATIO, largest_difference_k};
+use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
+/// Segments of time with a step density of their own.
+const TIME_SEGMENTS: usize = 8;
+/// Most rounds of error measurement and optimisation.
+const MAX_ROUNDS: usize = 10;
+/// Most consecutive rounds without a cheaper plan once one meets the tolerance: with noisy schedules the errors scatter
+/// from plan to plan.
+const MAX_ROUNDS_WITHOUT_GAIN: usize = 2;
+/// Another round is tried if it may reduce the work to this share.
+const CONTINUE_WORK_RATIO: f64 = 0.9;
+/// Most cell-steps of a plan: an error that remains is not one of cells and steps.
+const MAX_CELL_STEPS: f64 = 1e7;
+/// Cells and steps of the first round, before they are halved: few, as the adaptation adds the missing ones.
+const INITIAL_CELLS: f64 = 32.0;
+const INITIAL_STEPS: usize = 128;
+/// Smallest step density of a segment: about half a step of the initial plan. With fewer, steps that span the segment
+/// hide how its error converges.
+const MIN_STEP_DENSITY: f64 = TIME_SEGMENTS as f64 / (2.0 * INITIAL_STEPS as f64);
+/// The initial search starts with a step rule this many times finer than one step for the whole march.
+const INITIAL_REFINEMENT: f64 = 16.0;
+/// Largest change of a density in one round, as large errors do not yet converge at their order.
+const MAX_DENSITY_CHANGE: f64 = 2.5;
+/// Convergence orders of an extrapolated march in cells and in steps.
+const CONVERGENCE_ORDERS: [f64; 2] = [4.0, 3.0];
+/// Target error, as a share of the tolerance.
+const TARGET_ERROR_RATIO: f64 = 0.8;
+/// Largest reduction of the error in one round: otherwise regions at their limit of change would push the others too
+/// far.
+const MAX_ERROR_REDUCTION: f64 = 4.0;
+/// Final coarsening: number of trials, target error as a share of the tolerance, and the work ratio below which a trial
+/// is made.
+const COARSENING_TRIALS: usize = 4;
+const COARSENING_TARGET: f64 = 0.98;
+const COARSENING_WORK_RATIO: f64 = 0.97;
+/// Verification against a march with four times the cells and steps: number of rounds, and most cell-steps of that
+/// march.
+const VERIFICATION_ROUNDS: usize = 3;
+const MAX_VERIFICATION_CELL_STEPS: f64 = 4e7;
+/// Corners of the factor bounds that are marched: one SIMD group.
+const CORNER_MEMBERS: usize = 8;
+
+impl Discretisation {
+    /// The initial discretisation of a case: few cells and few steps.
+    fn initial(case: &Case, plan: &Plan) -> Self {
+        let times_s = |control: &TimeStepControl| plan.time_grid(case, control, 1).times_s;
+        let steps = |control: &TimeStepControl| times_s(control).len() - 1;
+        let graded = |coefficient| TimeStepControl { growth: StepGrowth::Graded { coefficient }, segments: Vec::new() };
+        let mut coefficient = case.exposure.duration_s.powf(1.0 / GRADING_EXPONENT) / INITIAL_REFINEMENT;
+        let mut number = steps(&graded(coefficient));
+        while number > INITIAL_STEPS {
+            let fewer = steps(&graded(2.0 * coefficient));
+            if fewer * 10 > number * 9 {
+                break;
+            }
+            (coefficient, number) = (2.0 * coefficient, fewer);
+        }
+        let mut control = graded(coefficient);
+        let times_s = times_s(&control);
+        let segment = |number: usize| TimeSegment {
+            start_s: times_s[number * (times_s.len() - 1) / TIME_SEGMENTS],
+            step_density: 1.0,
+            subdivisions: 1,
+        };
+        control.segments = (0..TIME_SEGMENTS).map(segment).collect();
+        control.segments.dedup_by(|later, earlier| later.start_s <= earlier.start_s);
+        Self { grid: GridDensity::by_diffusion_time(case, INITIAL_CELLS), time_steps: control }
+    }
+
+    /// Number of regions: the plies, then the segments of time.
+    fn regions(&self) -> usize {
+        self.grid.cells_per_ply.len() + self.time_steps.segments.len()
+    }
+
+    fn scale_region(&mut self, region: usize, times: f64) {
+        let plies = self.grid.cells_per_ply.len();
+        if region < plies {
+            self.grid.cells_per_ply[region] *= times;
+        } else {
+            let density = &mut self.time_steps.segments[region - plies].step_density;
+            *density = (*density * times).max(MIN_STEP_DENSITY);
+        }
+    }
+
+    /// With each cell or step of one region halved. Scaling the density would change nothing in a ply with the fewest
+    /// cells, or with a single step between two corners.
+    fn with_region_halved(&self, region: usize) -> Self {
+        let mut finer = self.clone();
+        let plies = self.grid.cells_per_ply.len();
+        if region < plies {
+            finer.grid.subdivisions[region] *= 2;
+        } else {
+            finer.time_steps.segments[region - plies].subdivisions *= 2;
+        }
+        finer
+    }
+
+    /// With all densities scaled.
+    fn with_densities_scaled(mut self, times: f64) -> Self {
+        (0..self.regions()).for_each(|region| self.scale_region(region, times));
+        self
+    }
+
+    /// With twice the steps everywhere: long steps make temperatures diverge, wide cells do not.
+    fn with_twice_the_steps(mut self) -> Self {
+        self.time_steps.segments.iter_mut().for_each(|segment| segment.step_density *= 2.0);
+        self
+    }
+
+    /// With the densities of the cells that each ply has in a plan, after rounding and the minimum of cells.
+    fn with_cell_counts_of(mut self, plan: &Plan) -> Self {
+        for (density, ply) in self.grid.cells_per_ply.iter_mut().zip(&plan.plies) {
+            *density = f64::from(ply.end_cell - ply.first_cell) / 2.0;
+        }
+        self
+    }
+}
+
+/// The plan of a case: at the resolution that the case specifies, or adapted to its tolerance.
+///
+/// # Errors
+/// See [`March::march`](crate::march::March::march); the CPU backend does not fail.
+pub fn adapt(case: &Case) -> Result<Plan, MarchError> {
+    adapt_monitored(case, &Monitor::default())
+}
+
+/// [`adapt`] with progress reports and cancellation.
+///
+/// # Errors
+/// [`MarchError::Cancelled`] before the next march, once the monitor is cancelled.
+pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchError> {
+    let trials = Trials { monitor, marched: Mutex::new(0) };
+    let stated = Plan::new(case);
+    let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| !case.sensors.is_empty()) else {
+        return Ok(stated);
+    };
+    let nominal = Ensemble::nominal(&case.factors);
+    let mut discretisation = Discretisation::initial(case, &stated);
+    let mut best: Option<(Discretisation, OutputErrors, f64)> = None;
+    let mut rounds_without_gain = 0;
+    for _ in 0..MAX_ROUNDS {
+        let plan = stated.rediscretised(case, discretisation.clone());
+        if cell_steps(&plan) > MAX_CELL_STEPS {
+            break;
+        }
+        let base = trials.march(&plan, &nominal)?;
+        if base.statuses != [MemberStatus::Completed] {
+            discretisation = discretisation.with_twice_the_steps();
+            continue;
+        }
+        // The longest march first, so that it does not run alone at the end.
+        let refinements: Vec<Discretisation> = std::iter::once(discretisation.refined(2))
+            .chain((0..discretisation.regions()).map(|region| discretisation.with_region_halved(region)))
+            .collect();
+        let refinements = refinements
+            .into_par_iter()
+            .map(|finer| {
+                let finer = stated.rediscretised(case, finer);
+                let cost = cell_steps(&finer) / cell_steps(&plan) - 1.0;
+                Ok((OutputErrors::twofold(&base, &trials.march(&finer, &nominal)?, tolerance_k), cost))
+            })
+            .collect::<Result<Vec<(OutputErrors, f64)>, MarchError>>()?;
+        if refinements.iter().any(|(estimate, _)| !estimate.max_relative().is_finite()) {
+            discretisation = discretisation.with_twice_the_steps();
+            continue;
+        }
+        let parts: Vec<RegionRefinement> = refinements[1..]
+            .iter()
+            .map(|(estimate, cost)| RegionRefinement { error: estimate.max_relative(), cost: *cost })
+            .collect();
+        let estimate = refinements.into_iter().next().map(|(estimate, _)| estimate).unwrap_or_default();
+        let error = estimate.max_relative();
+        let is_better = best.as_ref().is_none_or(|(_, incumbent, kept_work)| {
+            let incumbent = incumbent.max_relative();
+            match (error <= 1.0, incumbent <= 1.0) {
+                (true, true) => cell_steps(&plan) < *kept_work,
+                (false, false) => error < incumbent,
+                (is_within, _) => is_within,
+            }
+        });
+        let next = minimise_work(
+            discretisation.clone().with_cell_counts_of(&plan),
+            &parts,
+            error,
+            TARGET_ERROR_RATIO.max(error / MAX_ERROR_REDUCTION),
+        );
+        let best_is_within = best.as_ref().is_some_and(|(_, incumbent, _)| incumbent.max_relative() <= 1.0);
+        if is_better {
+            best = Some((discretisation, estimate, cell_steps(&plan)));
+            rounds_without_gain = 0;
+        } else if best_is_within {
+            rounds_without_gain += 1;
+            if rounds_without_gain == MAX_ROUNDS_WITHOUT_GAIN {
+                break;
+            }
+        }
+        if error <= 1.0
+            && cell_steps(&stated.rediscretised(case, next.clone())) > CONTINUE_WORK_RATIO * cell_steps(&plan)
+        {
+            break;
+        }
+        discretisation = next;
+    }
+    let Some((mut discretisation, mut estimate, _)) = best else { return Ok(stated) };
+    let mut plan = stated.rediscretised(case, discretisation.clone());
+    // The rounds end when the next is unlikely to reduce the work; the remaining margin of the tolerance is used by
+    // scaling all densities down.
+    let coarsening = |error: f64| (error / COARSENING_TARGET).powf(1.0 / CONVERGENCE_ORDERS[1]);
+    let mut times = coarsening(estimate.max_relative());
+    for _ in 0..COARSENING_TRIALS {
+        let fewer = discretisation.clone().with_cell_counts_of(&plan).with_densities_scaled(times);
+        let coarser = stated.rediscretised(case, fewer.clone());
+        if estimate.max_relative() > 1.0 || cell_steps(&coarser) > COARSENING_WORK_RATIO * cell_steps(&plan) {
+            break;
+        }
+        let finer = stated.rediscretised(case, fewer.refined(2));
+        let (base, finer) = rayon::join(|| trials.march(&coarser, &nominal), || trials.march(&finer, &nominal));
+        let found = OutputErrors::twofold(&base?, &finer?, tolerance_k);
+        if found.max_relative() <= 1.0 {
+            (discretisation, plan, estimate) = (fewer, coarser, found);
+            times = coarsening(estimate.max_relative());
+        } else {
+            times = 0.5 * (1.0 + times);
+        }
+    }
+    // On coarse plans the error does not converge at its order yet: verify with four times the cells and steps.
+    for _ in 0..VERIFICATION_ROUNDS {
+        let quartered = stated.rediscretised(case, discretisation.refined(4));
+        if cell_steps(&quartered) > MAX_VERIFICATION_CELL_STEPS {
+            break;
+        }
+        let (base, quartered) = rayon::join(|| trials.march(&plan, &nominal), || trials.march(&quartered, &nominal));
+        let (base, quartered) = (base?, quartered?);
+        let found = OutputErrors::fourfold(&base, &quartered, tolerance_k);
+        if !found.max_relative().is_finite() {
+            break;
+        }
+        estimate = estimate.max(&found);
+        let more = (estimate.max_relative() / TARGET_ERROR_RATIO).powf(1.0 / CONVERGENCE_ORDERS[1]);
+        let denser = discretisation.clone().with_cell_counts_of(&plan).with_densities_scaled(more);
+        let finer = stated.rediscretised(case, denser.clone());
+        if found.max_relative() <= 1.0 || cell_steps(&finer) > MAX_CELL_STEPS {
+            break;
+        }
+        let quartered = trials.march(&stated.rediscretised(case, denser.refined(2)), &nominal)?;
+        estimate = OutputErrors::twofold(&trials.march(&finer, &nominal)?, &quartered, tolerance_k);
+        (discretisation, plan) = (denser, finer);
+    }
+    let corners_k = corners_k(&trials, case, &plan, &stated.rediscretised(case, discretisation.refined(2)))?;
+    plan.error_estimate = Some(estimate.into_error_estimate(corners_k));
+    Ok(plan)
+}
+
+/// The largest error of the members at corners of the factors' small bounds that complete, K: all factors low, all
+/// high, and alternating patterns.
+fn corners_k(trials: &Trials<'_>, case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, MarchError> {
+    if case.factors.is_empty() {
+        return Ok(None);
+    }
+    let row = |corner: usize| {
+        let is_high = move |factor: usize| (factor & (corner / 2)).count_ones() as usize % 2 != corner % 2;
+        let ends = case.factors.iter().map(|factor| factor.bounds(Bounds::Small)).enumerate();
+        ends.map(move |(factor, (low, high))| if is_high(factor) { high } else { low })
+    };
+    let ensemble = Ensemble::from_values(case.factors.len(), (0..CORNER_MEMBERS).flat_map(row).collect());
+    let (base, finer) = rayon::join(|| trials.march(plan, &ensemble), || trials.march(finer, &ensemble));
+    let (base, finer) = (base?, finer?);
+    let errors_k = (0..CORNER_MEMBERS).map(|corner| TWOFOLD_ERROR_RATIO * largest_difference_k(&base, &finer, corner));
+    Ok(errors_k.filter(|error_k| error_k.is_finite()).reduce(f64::max))
+}
+
+fn cell_steps(plan: &Plan) -> f64 {
+    (plan.cells() * plan.steps()) as f64
+}
+
+/// Effect of halving the cells or steps of one region.
+#[derive(Clone, Copy, Debug)]
+struct RegionRefinement {
+    /// Largest change of an output, relative to its tolerance.
+    error: f64,
+    /// Added work, relative to the whole.
+    cost: f64,
+}
+
+/// The densities that minimise the work for a target error.
+///
+/// If a density is multiplied by r, its error contribution e falls as `r^−q` and its work c rises as r. By Lagrange's
+/// method the optimum is `r^(q+1) = q e/(μ c)`; the multiplier μ is found by bisection so that the contributions add up
+/// to the target.
+fn minimise_work(
+    mut discretisation: Discretisation,
+    refinements: &[RegionRefinement],
+    error: f64,
+    target: f64,
+) -> Discretisation {
+    // The sum of the single contributions exceeds the total error where their signs differ or different sensors see
+    // them.
+    let cancellation = error / refinements.iter().map(|refinement| refinement.error).sum::<f64>().max(1e-12);
+    let plies = discretisation.grid.cells_per_ply.len();
+    let order = |region: usize| CONVERGENCE_ORDERS[usize::from(region >= plies)];
+    let times = |region: usize, multiplier: f64| {
+        let RegionRefinement { error, cost } = refinements[region];
+        let best = (order(region) * (error * cancellation).max(1e-8) / (multiplier * cost.max(1e-4)))
+            .powf(1.0 / (order(region) + 1.0));
+        best.clamp(1.0 / MAX_DENSITY_CHANGE, MAX_DENSITY_CHANGE)
+    };
+    let remaining = |multiplier: f64| -> f64 {
+        (0..refinements.len())
+            .map(|region| refinements[region].error * cancellation * times(region, multiplier).powf(-order(region)))
+            .sum()
+    };
+    let (mut low, mut high) = (-40.0_f64, 40.0_f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if remaining(middle.exp()) > target { high = middle } else { low = middle }
+    }
+    for region in 0..refinements.len() {
+        discretisation.scale_region(region, times(region, low.exp()));
+    }
+    discretisation
+}
+
+/// The trial marches of an adaptation, in several threads.
+struct Trials<'a> {
+    monitor: &'a Monitor,
+    /// Members marched so far.
+    marched: Mutex<usize>,
+}
+
+impl Trials<'_> {
+    fn march(&self, plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
+        self.monitor.check()?;
+        let traces = march_extrapolated(&mut Cpu::new(Precision::F64), plan, ensemble, 0..ensemble.len())?;
+        // The lock is held during the report, so that progress never decreases.
+        let mut marched = self.marched.lock().unwrap_or_else(PoisonError::into_inner);
+        *marched += ensemble.len();
+        self.monitor.report(Progress { marched: *marched, expected: None });
+        Ok(traces)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn marched(plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
+        Trials { monitor: &Monitor::default(), marched: Mutex::new(0) }.march(plan, ensemble)
+    }
+
+    #[test]
+    fn a_member_that_does_not_complete_has_an_infinite_error() {
+        let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
+        let done =
+            marched(&Plan::new(&case), &Ensemble::nominal(&case.factors)).expect("the CPU backend does not fail");
+        assert_eq!(largest_difference_k(&done, &done, 0), 0.0);
+        let mut diverged = done.clone();
+        diverged.temperatures_k.fill(f64::NAN);
+        diverged.statuses[0] = MemberStatus::Diverged { time_s: 1.0 };
+        assert_eq!(largest_difference_k(&done, &diverged, 0), f64::INFINITY);
+        assert_eq!(largest_difference_k(&diverged, &done, 0), f64::INFINITY);
+    }
+
+    #[test]
+    fn an_unattainable_tolerance_ends_the_search_and_the_error_is_reported() {
+        let mut case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
+        case.resolution.tolerance_k = Some(1e-9);
+        let plan = adapt(&case).expect("the CPU backend does not fail");
+        let reached = plan.error_estimate.as_ref().expect("an adapted plan has an error estimate");
+        assert!(reached.nominal_k > 1e-9 && reached.nominal_k < 1e-2, "{reached:?}");
+        assert!(cell_steps(&plan) <= MAX_CELL_STEPS, "{} cells, {} steps", plan.cells(), plan.steps());
+    }
+}

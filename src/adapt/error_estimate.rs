@@ -1,0 +1,133 @@
+//! Discretisation error of every output, from the difference to finer marches.
+
+use crate::plan::{ErrorEstimate, GaugeError};
+use crate::traces::{Gauge, MemberStatus, Traces};
+
+/// The error of each output of a march, with its tolerance.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OutputErrors {
+    tolerance_k: f64,
+    pub(super) temperature_k: f64,
+    /// Error of the residual of the energy balance, relative to the heat moved.
+    balance: f64,
+    pub(super) gauges: Vec<GaugeError>,
+}
+
+impl OutputErrors {
+    /// From the difference to a march with all cells and steps halved.
+    pub(super) fn twofold(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
+        Self::difference(base, finer, tolerance_k).scaled(TWOFOLD_ERROR_RATIO)
+    }
+
+    /// From the difference to a march with all cells and steps quartered.
+    pub(super) fn fourfold(base: &Traces, finest: &Traces, tolerance_k: f64) -> Self {
+        Self::difference(base, finest, tolerance_k).scaled(FOURFOLD_ERROR_RATIO)
+    }
+
+    fn scaled(mut self, factor: f64) -> Self {
+        self.temperature_k *= factor;
+        self.balance *= factor;
+        self.gauges.iter_mut().for_each(|gauge| gauge.error *= factor);
+        self
+    }
+
+    /// The estimate for the report, with the largest error of the members at corners of the factors' bounds. Two
+    /// marches may agree better than either is accurate, so the error of a gauge is at least `MIN_REPORTED_RATIO` of
+    /// its tolerance.
+    pub(super) fn into_error_estimate(self, corners_k: Option<f64>) -> ErrorEstimate {
+        let least =
+            |gauge: GaugeError| GaugeError { error: gauge.error.max(MIN_REPORTED_RATIO * gauge.tolerance), ..gauge };
+        let gauges = self.gauges.into_iter().map(least).collect();
+        ErrorEstimate { tolerance_k: self.tolerance_k, nominal_k: self.temperature_k, corners_k, gauges }
+    }
+
+    /// The larger of two estimates, output by output.
+    pub(super) fn max(mut self, other: &Self) -> Self {
+        self.temperature_k = self.temperature_k.max(other.temperature_k);
+        self.balance = self.balance.max(other.balance);
+        for (gauge, other) in self.gauges.iter_mut().zip(&other.gauges) {
+            gauge.error = gauge.error.max(other.error);
+        }
+        self
+    }
+
+    /// The difference of two marches; infinite where either member did not complete, as a maximum ignores NaN.
+    fn difference(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
+        let member = 0;
+        let gauge = |gauge: Gauge| {
+            let (base, finer) = (base.gauge(member, gauge)?, finer.gauge(member, gauge)?);
+            let peak = finer.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
+            let difference = gauge_difference(gauge, base, finer);
+            Some(match gauge.is_front() {
+                true => GaugeError { gauge, error: difference, tolerance: FRONT_TOLERANCE_M },
+                false => {
+                    GaugeError { gauge, error: difference / peak.max(f64::MIN_POSITIVE), tolerance: GAUGE_TOLERANCE }
+                }
+            })
+        };
+        Self {
+            tolerance_k,
+            temperature_k: largest_difference_k(base, finer, member),
+            balance: (base.balances[member].residual() - finer.balances[member].residual()).abs(),
+            gauges: Gauge::ALL.into_iter().filter_map(gauge).collect(),
+        }
+    }
+
+    /// The largest error relative to its tolerance.
+    pub(super) fn max_relative(&self) -> f64 {
+        let gauges = self.gauges.iter().map(|gauge| gauge.error / gauge.tolerance);
+        gauges.fold((self.temperature_k / self.tolerance_k).max(self.balance / BALANCE_TOLERANCE), f64::max)
+    }
+}
+
+/// Smallest reported error of a gauge, relative to its tolerance: 0.01 mm of a front, 0.05 % of a peak. Among 300
+/// random cases one front had an error of 14 µm where two finer marches agreed to 2 µm.
+const MIN_REPORTED_RATIO: f64 = 0.1;
+/// Errors below this share of the tolerance are rounding.
+const ROUNDING_RATIO: f64 = 1e-3;
+
+impl ErrorEstimate {
+    /// Ratios of true to reported error: temperatures first, then each gauge. The true error is the difference to a
+    /// much finer march of the same member.
+    pub fn error_ratios(&self, given: &Traces, truth: &Traces) -> Vec<f64> {
+        let found = OutputErrors::difference(given, truth, self.tolerance_k);
+        let ratio = |error: f64, reported: f64, tolerance: f64| error / reported.max(ROUNDING_RATIO * tolerance);
+        let gauges = found.gauges.iter().zip(&self.gauges);
+        std::iter::once(ratio(found.temperature_k, self.nominal_k, self.tolerance_k))
+            .chain(gauges.map(|(found, reported)| ratio(found.error, reported.error, reported.tolerance)))
+            .collect()
+    }
+}
+
+/// Error per difference to twice the cells and steps: 4/3 at second order. Extrapolated marches usually converge at
+/// third order (8/7), more slowly on coarse plans.
+pub(super) const TWOFOLD_ERROR_RATIO: f64 = 4.0 / 3.0;
+/// Error per difference to four times the cells and steps, at second order.
+const FOURFOLD_ERROR_RATIO: f64 = 16.0 / 15.0;
+/// Tolerance of the energy balance, relative to the heat moved.
+const BALANCE_TOLERANCE: f64 = 2e-4;
+/// Tolerance of gas flux, mass lost and pressure, relative to the peak.
+pub const GAUGE_TOLERANCE: f64 = 5e-3;
+/// Tolerance of fronts, m.
+pub const FRONT_TOLERANCE_M: f64 = 0.1e-3;
+/// Quantile of the front error over the instants: a front jumps between plies, possibly a little early or late.
+const FRONT_QUANTILE: f64 = 0.95;
+
+/// The difference between two records of a gauge: for fronts the 95 % quantile over the instants, else the maximum.
+fn gauge_difference(gauge: Gauge, one: &[f64], other: &[f64]) -> f64 {
+    let mut difference: Vec<f64> = one.iter().zip(other).map(|(one, other)| (one - other).abs()).collect();
+    difference.sort_by(f64::total_cmp);
+    let share = if gauge.is_front() { FRONT_QUANTILE } else { 1.0 };
+    let place = (share * difference.len() as f64).ceil() as usize;
+    place.checked_sub(1).map_or(0.0, |place| difference[place])
+}
+
+/// The largest difference between two marches of a member at any sensor and any instant after the prescribed start, K;
+/// infinite where either did not complete, as a maximum ignores NaN.
+pub(super) fn largest_difference_k(one: &Traces, other: &Traces, member: usize) -> f64 {
+    if [one, other].iter().any(|traces| traces.statuses[member] != MemberStatus::Completed) {
+        return f64::INFINITY;
+    }
+    let traces = (0..one.sensors).map(|sensor| [one, other].map(|traces| &traces.trace(member, sensor)[1..]));
+    traces.flat_map(|[one, other]| one.iter().zip(other)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,65 @@
+//! Decoding of text files.
+
+use super::files::MAX_FILE_BYTES;
+use super::spanned_toml::SpannedValue;
+use crate::case::error::{Diagnostics, ReadResult, SourceLocation, unreadable_file_message};
+use std::io;
+
+/// Parse a TOML file; `label` is its name in messages.
+pub(super) fn parse_toml_file(
+    bytes: io::Result<Vec<u8>>,
+    label: &str,
+    diagnostics: &Diagnostics,
+) -> ReadResult<SpannedValue> {
+    SpannedValue::parse_document(&decode_text_file(bytes, label, diagnostics)?, label, diagnostics)
+}
+
+/// The text of a file in UTF-8, or in UTF-16 with a byte-order mark; the mark is removed.
+pub(super) fn decode_text_file(
+    bytes: io::Result<Vec<u8>>,
+    label: &str,
+    diagnostics: &Diagnostics,
+) -> ReadResult<String> {
+    let place = SourceLocation::without_line(label);
+    let bytes = bytes.map_err(|error| diagnostics.record(&place, unreadable_file_message(&error)))?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(diagnostics.record(&place, format!("too large: more than {} MiB", MAX_FILE_BYTES >> 20)));
+    }
+    let text =
+        decode_bytes(bytes).map_err(|message| diagnostics.record(&place, format!("not a text file: {message}")))?;
+    // A zero byte is valid UTF-8, but a text file has none.
+    if let Some(at) = text.find('\0') {
+        return Err(diagnostics.record(&place, format!("not a text file: byte {at} is zero")));
+    }
+    if text.trim_start().is_empty() {
+        return Err(diagnostics.record(&place, "the file is empty"));
+    }
+    Ok(text)
+}
+
+/// Decode bytes, without the byte-order mark.
+///
+/// # Errors
+/// The position of the first invalid byte or character.
+fn decode_bytes(bytes: Vec<u8>) -> Result<String, String> {
+    let unit: fn([u8; 2]) -> u16 = match bytes.as_slice() {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => {
+            let text = String::from_utf8(bytes);
+            let mut text = text.map_err(|error| format!("byte {} is not UTF-8", error.utf8_error().valid_up_to()))?;
+            if text.starts_with('\u{feff}') {
+                text.remove(0);
+            }
+            return Ok(text);
+        }
+    };
+    if bytes.len() % 2 == 1 {
+        return Err(format!("expected an even number of bytes in UTF-16, found {}", bytes.len()));
+    }
+    let units = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units)
+        .enumerate()
+        .map(|(at, unit)| unit.map_err(|_| format!("character {at} is an unpaired UTF-16 surrogate")))
+        .collect()
+}

@@ -1,0 +1,345 @@
+//! Heat conduction: cell properties, fluxes between cells and through the surfaces.
+
+use super::Real;
+use super::compensated::{DoubleWord, add_unnormalized, difference};
+use super::gas_advection::{advected_heat_gain, advected_heat_slopes, gas_enthalpy};
+use super::holder::lateral_heat_flux;
+use super::material::{
+    at_pressure_levels, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
+};
+use super::member::Member;
+use super::mixture::{conductivity_divisor, mixture_sums};
+use super::state::CellProperties;
+use super::surface_flux::{SurfaceFlux, surface_flux};
+use super::table::{column_offset, integral, interpolate, row_segment, table_index, table_segment};
+use crate::plan::GasFlowModel;
+use crate::plan::layout::{BoundaryForcing, Cell, FACE_COLUMNS, GAS_COLUMNS};
+use std::ops::Range;
+
+/// A cell at a stage, as its two interior faces see it.
+#[derive(Clone, Copy)]
+pub(super) struct Node<R> {
+    pub(super) temperature: DoubleWord<R>,
+    /// Temperature increment of the first stage, K; zero at the first stage.
+    pub(super) increment: R,
+    pub(super) properties: CellProperties<R>,
+    /// Enthalpy of its gas (J/kg) and the slope of the enthalpy (J/kg/K).
+    pub(super) gas_enthalpy_j_kg: R,
+    pub(super) gas_heat_capacity: R,
+}
+
+/// Fluxes from a node to the next: conducted heat and the advected heat gained by each of both cells, W/m². At the
+/// first stage also the slopes of the heat by the node's temperature and, negated, by the next node's, W/m²/K.
+#[derive(Clone, Copy)]
+pub(super) struct InteriorFaceFlux<R> {
+    pub(super) conducted: R,
+    pub(super) advected: R,
+    pub(super) slopes: [R; 2],
+}
+
+/// State of a surface at a stage.
+#[derive(Clone, Copy)]
+pub(super) struct SurfaceState<R> {
+    temperature_k: R,
+    emissivity: R,
+    /// Enthalpy of air at the surface above that at the cold wall (J/kg), and its slope (J/kg/K).
+    enthalpy_j_kg: R,
+    enthalpy_slope_j_kg_k: R,
+}
+
+/// Columns sliced to a range of cells. One bounds check a slice replaces one a cell, which costs as much as the work.
+pub(super) struct NodeColumns<'a, R: Real> {
+    pub(super) cells: &'a [Cell<R::Scalar>],
+    temperatures: &'a [DoubleWord<R>],
+    first_increments: &'a [R],
+    properties: &'a [CellProperties<R>],
+    gas_enthalpies_j_kg: &'a [R],
+    gas_heat_capacities: &'a [R],
+}
+
+/// Slopes from changing conductivities, less those of advection.
+#[inline(always)]
+fn subtract_advection<R: Real>(conductivity_slopes: [R; 2], advection: [R; 2]) -> [R; 2] {
+    [conductivity_slopes[0] - advection[0], conductivity_slopes[1] - advection[1]]
+}
+
+/// Zero flux: below the last cell.
+#[inline(always)]
+pub(super) fn no_flux<R: Real>() -> InteriorFaceFlux<R> {
+    let zero = R::from_f64(0.0);
+    InteriorFaceFlux { conducted: zero, advected: zero, slopes: [zero; 2] }
+}
+
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
+    /// Evaluates conductivity and heat capacity of every cell at the temperature of the stage; at the first stage also
+    /// the slope of the conductivity.
+    #[inline(always)]
+    pub(super) fn properties(&mut self, step: usize, stage: usize) {
+        if GAS && !self.reads_gas_tables(stage) {
+            self.extrapolate_gas_enthalpy();
+        }
+        for p in 0..self.scales.plies.len() {
+            let ply = &self.plan.plies[p];
+            if ply.rows > 1 || self.plan.pressure_levels > 1 {
+                for i in ply.first_cell as usize..ply.end_cell as usize {
+                    self.mixture_properties(p, i, step, stage);
+                }
+            } else {
+                self.single_substance_properties(p, stage);
+            }
+            if GAS && self.plan.gas == Some(GasFlowModel::Darcy) {
+                for i in ply.first_cell as usize..ply.end_cell as usize {
+                    self.thermal.properties[i].capacity = self.thermal.properties[i].capacity + self.gas_capacity(i);
+                }
+            }
+        }
+    }
+
+    /// Properties of a cell that is a mixture, or whose pressure changes.
+    #[inline(always)]
+    pub(super) fn mixture_properties(&mut self, p: usize, i: usize, step: usize, stage: usize) {
+        let at = table_index(self.thermal.temperatures[i].high + self.stage_increment(i, stage));
+        let pressure = self.pressure_index(i, step, stage);
+        let row = self.ply_row(p, at_pressure_levels(at, pressure)[0]);
+        let phases = self.stage_phases(p, i, stage);
+        let here = self.mixture(p, at, row, pressure, phases, stage == 0);
+        let capacity = here.heat_capacity * R::constant(self.rows.cells[i].width_m);
+        self.thermal.properties[i] = CellProperties { conductivity: here.conductivity, slope: here.slope, capacity };
+        if self.reads_gas_tables(stage) {
+            [self.gas.enthalpies_j_kg[i], self.gas.heat_capacities[i]] = gas_enthalpy(self.gas_columns(p, row));
+        }
+        let ply = self.plan.plies[p];
+        if GAS && stage == 0 && ply.end_reaction > ply.first_reaction {
+            self.store_enthalpy_rises(p, i, row);
+        }
+    }
+
+    /// Properties of the cells of a ply at one pressure whose states are one substance or multiples of one. Half of a
+    /// march is spent here. Slices of its cells spare the bounds checks.
+    #[inline(always)]
+    fn single_substance_properties(&mut self, p: usize, stage: usize) {
+        let (plan, ply, bulk, whole) =
+            (self.plan, self.plan.plies[p], self.rows.bulk_properties[p], self.scales.plies[p]);
+        let (states, stride, parts) = (ply.states as usize, plan.max_states, ply.parts as usize);
+        let own = &self.scales.states[ply.first_state as usize..][..states];
+        // Constant bounds of the row: the reads below need no bounds check.
+        let columns = 2 * plan.properties() + if GAS { GAS_COLUMNS } else { 0 };
+        let table = &self.rows.tables[ply.table as usize..];
+        let (with_slope, reads_gas) = (stage == 0, self.reads_gas_tables(stage));
+        let cells = ply.first_cell as usize..ply.end_cell as usize;
+        let rows = &self.rows.cells[cells.clone()];
+        let temperatures = &self.thermal.temperatures[cells.clone()][..rows.len()];
+        let first = &self.thermal.first_increments[cells.clone()][..rows.len()];
+        let matter = &mut self.thermal.properties[cells.clone()][..rows.len()];
+        let of_gas = if GAS { cells.clone() } else { 0..0 };
+        let gas_j_kg = &mut self.gas.enthalpies_j_kg[of_gas.clone()];
+        let gas_rises = &mut self.gas.heat_capacities[of_gas];
+        let mixes = GAS && states > 1;
+        let of_states = if mixes { cells.start * stride..cells.end * stride } else { 0..0 };
+        let phases = &self.reactions.phases[stage][of_states.clone()];
+        let risen = &mut self.reactions.enthalpy_rises[of_states];
+        // Row offsets of all cells first, then the reads: otherwise each read waits for its own offset (time ratio 0.93
+        // in f64 and 0.83 in f32).
+        let offsets = &mut self.thermal.row_offsets[..rows.len()];
+        let shares = &mut self.thermal.row_fractions[..rows.len()];
+        let found = R::table_rows(
+            offsets,
+            table,
+            columns,
+            #[inline(always)]
+            |i| {
+                let increment = if with_slope { R::from_f64(0.0) } else { first[i] };
+                let at = table_index(temperatures[i].high + increment);
+                shares[i] = at.fraction;
+                at.row
+            },
+        );
+        for i in 0..rows.len() {
+            let row = row_segment(found, i, shares[i]);
+            let (mut scale, mut density_kg_m3) = (own[0].conductivity, whole.density_kg_m3);
+            if mixes {
+                let all = mixture_sums(&phases[i * stride..][..own.len()], own, parts);
+                let per_left = R::from_f64(1.0) / conductivity_divisor(all.remains, whole, bulk);
+                scale = all.conductivity.times(per_left, parts);
+                density_kg_m3 = whole.mass_kg_m3 * all.enthalpy_scale;
+                if with_slope {
+                    risen[i * stride] = [integral(row, 1), interpolate(row, 1)];
+                }
+            }
+            let here = solid_properties(row, parts, scale, with_slope);
+            let capacity = density_kg_m3 * here.heat_capacity * R::constant(rows[i].width_m);
+            matter[i] = CellProperties { conductivity: here.conductivity, slope: here.slope, capacity };
+            if reads_gas {
+                [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(column_offset(row, plan.properties()));
+            }
+        }
+    }
+}
+
+impl<R: Real> NodeColumns<'_, R> {
+    /// Node at a stage. The device looks properties up here, as storing columns dominates its time; the processor has
+    /// them in its cache (benches/LOG.md).
+    #[inline(always)]
+    pub(super) fn node<const GAS: bool>(&self, i: usize, stage: usize) -> Node<R> {
+        let zero = R::from_f64(0.0);
+        let (increment, start) = (self.first_increments[i], self.temperatures[i]);
+        Node {
+            temperature: if stage == 0 { start } else { add_unnormalized(start, increment) },
+            increment: if stage == 0 { zero } else { increment },
+            properties: self.properties[i],
+            gas_enthalpy_j_kg: if GAS { self.gas_enthalpies_j_kg[i] } else { zero },
+            gas_heat_capacity: if GAS { self.gas_heat_capacities[i] } else { zero },
+        }
+    }
+}
+
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
+    /// Nodes of a range of cells.
+    #[inline(always)]
+    pub(super) fn node_columns(&self, cells: Range<usize>) -> NodeColumns<'_, R> {
+        let of_gas = if GAS { cells.clone() } else { 0..0 };
+        NodeColumns {
+            cells: &self.rows.cells[cells.clone()],
+            temperatures: &self.thermal.temperatures[cells.clone()],
+            first_increments: &self.thermal.first_increments[cells.clone()][..cells.len()],
+            properties: &self.thermal.properties[cells.clone()][..cells.len()],
+            gas_enthalpies_j_kg: &self.gas.enthalpies_j_kg[of_gas.clone()],
+            gas_heat_capacities: &self.gas.heat_capacities[of_gas],
+        }
+    }
+
+    /// Fluxes from a cell to the next of its ply.
+    #[inline(always)]
+    pub(super) fn flux_within_ply(
+        &self,
+        cell: usize,
+        here: Node<R>,
+        next: Node<R>,
+        half_over_next_1_m: R::Constant,
+        stage: usize,
+    ) -> InteriorFaceFlux<R> {
+        let conductance =
+            conductance_within(here.properties.conductivity, next.properties.conductivity, half_over_next_1_m);
+        let drop = difference(here.temperature, next.temperature);
+        let mut conductivity_slopes = [R::from_f64(0.0); 2];
+        if stage == 0 {
+            let gain = drop * half_over_next_1_m;
+            conductivity_slopes = [here.properties.slope * gain, next.properties.slope * gain];
+        }
+        self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)
+    }
+
+    /// Fluxes across the interface above a ply, from the last cell of the ply before.
+    #[inline(always)]
+    pub(super) fn flux_across_interface(
+        &self,
+        p: usize,
+        here: Node<R>,
+        next: Node<R>,
+        stage: usize,
+    ) -> InteriorFaceFlux<R> {
+        let (cell, rows) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells);
+        let (below_m, above_m) = (R::constant(rows[cell].below_m), R::constant(rows[cell + 1].above_m));
+        let contact_m2_k_w = self.scales.contacts_m2_k_w[p - 1];
+        let conductance = conductance_across(
+            here.properties.conductivity,
+            below_m,
+            next.properties.conductivity,
+            above_m,
+            contact_m2_k_w,
+        );
+        let drop = difference(here.temperature, next.temperature);
+        let mut conductivity_slopes = [R::from_f64(0.0); 2];
+        if stage == 0 {
+            let own =
+                conductance_slope_across(conductance, here.properties.conductivity, below_m) * here.properties.slope;
+            let below =
+                conductance_slope_across(conductance, next.properties.conductivity, above_m) * next.properties.slope;
+            conductivity_slopes = [own * drop, below * drop];
+        }
+        self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)
+    }
+
+    /// Fluxes between two nodes. `conductivity_slopes`: slopes from changing conductivities, at the first stage.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "as its WGSL twin")]
+    fn interior_face_flux(
+        &self,
+        cell: usize,
+        here: Node<R>,
+        next: Node<R>,
+        conductance: R,
+        drop: R,
+        mut conductivity_slopes: [R; 2],
+        stage: usize,
+    ) -> InteriorFaceFlux<R> {
+        let mut flux = InteriorFaceFlux { conducted: conductance * drop, ..no_flux() };
+        if GAS {
+            flux.advected =
+                advected_heat_gain(self.gas.mass_fluxes[cell], here.gas_enthalpy_j_kg, next.gas_enthalpy_j_kg);
+        }
+        if stage == 0 {
+            if GAS {
+                conductivity_slopes = subtract_advection(
+                    conductivity_slopes,
+                    advected_heat_slopes(self.gas.mass_fluxes[cell], here.gas_heat_capacity, next.gas_heat_capacity),
+                );
+            }
+            flux.slopes = flux_slopes(conductance, conductivity_slopes);
+        }
+        flux
+    }
+
+    /// State of the surface of a face at a stage.
+    #[inline(always)]
+    pub(super) fn surface_state(&self, face: usize, cell: usize, stage: usize) -> SurfaceState<R> {
+        let temperature_k = self.thermal.temperatures[cell].high + self.stage_increment(cell, stage);
+        let at = table_index(temperature_k);
+        let ply = face * (self.scales.plies.len() - 1);
+        let emissivity = self.face_emissivity(face, ply, cell, at, stage);
+        let air = table_segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
+        SurfaceState {
+            temperature_k,
+            emissivity,
+            enthalpy_j_kg: interpolate(air, 0),
+            enthalpy_slope_j_kg_k: interpolate(air, 1),
+        }
+    }
+
+    /// Heat flux from outside into the cell of a face; zero for a held face, whose heat is that conducted onwards.
+    #[inline(always)]
+    pub(super) fn open_face_flux(
+        &self,
+        face: usize,
+        forcing: BoundaryForcing<R::Scalar>,
+        surface: SurfaceState<R>,
+    ) -> SurfaceFlux<R> {
+        let row = self.rows.faces[face];
+        let open = surface_flux(
+            forcing,
+            row,
+            self.scales.faces[face],
+            surface.temperature_k,
+            surface.emissivity,
+            surface.enthalpy_j_kg,
+            surface.enthalpy_slope_j_kg_k,
+            self.gas.stage_outflow,
+        );
+        let free = R::from_f64(1.0) - R::splat(row.held);
+        SurfaceFlux { flux: free * open.flux, slope: free * open.slope }
+    }
+
+    /// Heat flux in through a face at a stage: from outside if open; if held, the heat that its cell passes to the next
+    /// cell and to the holder.
+    #[inline(always)]
+    pub(super) fn face_heat_flux(&self, face: usize, cell: usize, step: usize, stage: usize) -> R {
+        let mut conducted_on = self.thermal.face_conduction[face];
+        if self.plan.has_holder {
+            let forcing = self.rows.boundary_forcing[4 * step + 2 * face + stage];
+            let conductance = self.holder_conductance(face * (self.scales.plies.len() - 1), cell);
+            conducted_on = conducted_on
+                - lateral_heat_flux(conductance, R::splat(forcing.holder_k), self.stage_temperature(cell, stage));
+        }
+        self.thermal.boundary_rows[face].flux + R::splat(self.rows.faces[face].held) * conducted_on
+    }
+}

@@ -1,0 +1,288 @@
+//! Mixture rules: composition of a cell and its properties.
+
+use super::Real;
+use super::compensated::opaque;
+use super::gas::pressure_coordinate;
+use super::material::{
+    ConductivityParts, PlyScale, PressureIndex, SolidProperties, StateScale, at_pressure_levels, solid_properties,
+};
+use super::member::Member;
+use super::table::{TableIndex, TableSegment, column_offset, integral, interpolate, table_index, table_segment};
+use crate::plan::GasFlowModel;
+use crate::plan::layout::{AIR_PROPERTIES, BulkProperties, FACE_COLUMNS, MAX_STATES, ReactionPath};
+
+impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
+    /// Factors of the member on a state of a ply.
+    #[inline(always)]
+    fn scale_of(&self, ply: usize, state: usize) -> &StateScale<R> {
+        &self.scales.states[self.plan.plies[ply].first_state as usize + state]
+    }
+
+    /// Volume fraction of each state in a cell, from the current advancements. Here and below, loops run over
+    /// `MAX_STATES` states, not over those present: a constant bound keeps the fractions in registers.
+    #[inline(always)]
+    pub(super) fn current_phases(&self, ply: usize, cell: usize) -> [R; MAX_STATES] {
+        let row = &self.plan.plies[ply];
+        let mut phases = Self::virgin();
+        for j in row.first_reaction as usize..row.end_reaction as usize {
+            let place = cell * self.plan.max_reactions + j - row.first_reaction as usize;
+            let moved_fraction = self.reactions.advancements[place].high * R::constant(self.rows.reactions[j].share);
+            phases = transfer_volume(phases, self.plan.reaction_paths[j], moved_fraction);
+        }
+        phases
+    }
+
+    /// Volume fractions at a stage.
+    #[expect(clippy::needless_range_loop, reason = "see above")]
+    #[inline(always)]
+    pub(super) fn stage_phases(&self, ply: usize, cell: usize, stage: usize) -> [R; MAX_STATES] {
+        let mut phases = Self::virgin();
+        for state in 0..MAX_STATES {
+            if GAS && state < self.plan.plies[ply].states as usize {
+                phases[state] = self.reactions.phases[stage][cell * self.plan.max_states + state];
+            }
+        }
+        phases
+    }
+
+    /// Volume fractions of the virgin material.
+    #[inline(always)]
+    pub(super) fn virgin() -> [R; MAX_STATES] {
+        let mut phases = [R::from_f64(0.0); MAX_STATES];
+        phases[0] = R::from_f64(1.0);
+        phases
+    }
+
+    /// Mass of a cell over its virgin mass.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
+    #[inline(always)]
+    pub(super) fn mass_ratio(&self, ply: usize, phases: [R; MAX_STATES]) -> R {
+        let mut density = phases[0];
+        for state in 1..MAX_STATES {
+            if state < self.plan.plies[ply].states as usize {
+                density = density + phases[state] * self.scale_of(ply, state).remains;
+            }
+        }
+        opaque(density)
+    }
+
+    /// Emissivity of the ply at a face.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
+    #[inline(always)]
+    pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: TableIndex<R>, stage: usize) -> R {
+        let phases = self.stage_phases(ply, cell, stage);
+        let seen = table_segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
+        let first = AIR_PROPERTIES + face * MAX_STATES;
+        let by_volume = self.rows.bulk_properties[ply].by_volume == R::scalar(1.0);
+        let mut sum = R::from_f64(0.0);
+        for state in 0..MAX_STATES {
+            if state < self.plan.plies[ply].states as usize {
+                let own = phases[state] * interpolate(seen, first + state);
+                sum = sum + if by_volume { own } else { own * self.scale_of(ply, state).remains };
+            }
+        }
+        if by_volume { sum } else { sum / self.mass_ratio(ply, phases) }
+    }
+
+    /// Row of a ply's tables at a table index.
+    #[inline(always)]
+    pub(super) fn ply_row(&self, ply: usize, at: TableIndex<R>) -> TableSegment<'a, R> {
+        let (rows, ply) = (self.rows, &self.plan.plies[ply]);
+        table_segment(&rows.tables, at, ply.columns as usize, ply.table as usize)
+    }
+
+    /// Columns of a state in a row.
+    #[inline(always)]
+    pub(super) fn state_columns(&self, state: usize, row: TableSegment<'a, R>) -> TableSegment<'a, R> {
+        column_offset(row, state * self.plan.properties())
+    }
+
+    /// Columns of the gas in a row: enthalpy, its slope, molar mass and viscosity.
+    #[inline(always)]
+    pub(super) fn gas_columns(&self, ply: usize, row: TableSegment<'a, R>) -> TableSegment<'a, R> {
+        self.state_columns(self.plan.plies[ply].rows as usize, row)
+    }
+
+    /// Absolute enthalpy of a state of a ply, J per kg of the replaced virgin mass. `risen_j_kg`: integral of the heat
+    /// capacity in the table row.
+    #[inline(always)]
+    pub(super) fn state_enthalpy(&self, ply: usize, state: usize, risen_j_kg: R) -> R {
+        let own = self.scale_of(ply, state);
+        own.enthalpy_scale * risen_j_kg + own.formation_j_kg
+    }
+
+    /// Stores the enthalpy rise of a cell (J/kg) and its heat capacity (J/kg/K) for all states with table rows.
+    #[inline(always)]
+    pub(super) fn store_enthalpy_rises(&mut self, p: usize, i: usize, row: TableSegment<'a, R>) {
+        for state in 0..MAX_STATES {
+            if state < self.plan.plies[p].rows as usize {
+                let own = self.state_columns(state, row);
+                self.reactions.enthalpy_rises[i * self.plan.max_states + state] =
+                    [integral(own, 1), interpolate(own, 1)];
+            }
+        }
+    }
+
+    /// Properties of a cell with given volume fractions, from the row of the pressure level below; heat capacity per
+    /// unstretched volume, J/m³/K.
+    #[inline(always)]
+    pub(super) fn mixture(
+        &self,
+        p: usize,
+        at: TableIndex<R>,
+        row: TableSegment<'a, R>,
+        pressure: PressureIndex<R>,
+        phases: [R; MAX_STATES],
+        with_slope: bool,
+    ) -> SolidProperties<R> {
+        let left = conductivity_divisor(self.mass_ratio(p, phases), self.scales.plies[p], self.rows.bulk_properties[p]);
+        let per_left = R::from_f64(1.0) / left;
+        let mut here = self.mixture_at_level(p, row, phases, with_slope);
+        if self.plan.pressure_levels > 1 {
+            let over =
+                self.mixture_at_level(p, self.ply_row(p, at_pressure_levels(at, pressure)[1]), phases, with_slope);
+            here.conductivity = here.conductivity + pressure.fraction * (over.conductivity - here.conductivity);
+            here.slope = here.slope + pressure.fraction * (over.slope - here.slope);
+        }
+        SolidProperties { conductivity: here.conductivity * per_left, slope: here.slope * per_left, ..here }
+    }
+
+    /// Sums over the states of a cell at one pressure level. States that are multiples of the virgin one are summed
+    /// before the row is read, as the read costs more than the sums.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
+    #[inline(always)]
+    fn mixture_at_level(
+        &self,
+        p: usize,
+        row: TableSegment<'a, R>,
+        phases: [R; MAX_STATES],
+        with_slope: bool,
+    ) -> SolidProperties<R> {
+        let (mass_kg_m3, ply) = (self.scales.plies[p].mass_kg_m3, self.plan.plies[p]);
+        let (states, rows, parts) = (ply.states as usize, ply.rows as usize, ply.parts as usize);
+        let alike = if rows == 1 { states } else { 1 };
+        let sum = mixture_sums(&phases[..alike], &self.scales.states[ply.first_state as usize..][..alike], parts);
+        let virgin = solid_properties(row, parts, sum.conductivity, with_slope);
+        let mut sum =
+            SolidProperties { heat_capacity: sum.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity), ..virgin };
+        for state in 1..MAX_STATES {
+            if state < rows {
+                let (volume, own) = (phases[state], self.scale_of(p, state));
+                let here = solid_properties(self.state_columns(state, row), parts, own.conductivity, with_slope);
+                sum.conductivity = sum.conductivity + volume * here.conductivity;
+                sum.slope = sum.slope + volume * here.slope;
+                sum.heat_capacity =
+                    sum.heat_capacity + (volume * own.enthalpy_scale) * (mass_kg_m3 * here.heat_capacity);
+            }
+        }
+        sum
+    }
+
+    /// Conductivity of a cell with its current composition, W/m/K. Stages use the composition at another time, which
+    /// would give a sensor next to the cell an error of first order in the step.
+    #[inline(always)]
+    pub(super) fn conductivity_now(&self, p: usize, i: usize, step: usize) -> R {
+        let ply = self.plan.plies[p];
+        if !GAS || ply.end_reaction == ply.first_reaction {
+            return self.thermal.properties[i].conductivity;
+        }
+        let at = table_index(self.thermal.temperatures[i].high);
+        let pressure = self.pressure_index(i, step, 0);
+        let row = self.ply_row(p, at_pressure_levels(at, pressure)[0]);
+        self.mixture(p, at, row, pressure, self.current_phases(p, i), false).conductivity
+    }
+
+    /// Position of a cell's pressure among the table levels.
+    #[inline(always)]
+    pub(super) fn pressure_index(&self, i: usize, step: usize, stage: usize) -> PressureIndex<R> {
+        let zero = R::from_f64(0.0);
+        if self.plan.pressure_levels == 1 {
+            return PressureIndex { level_below: R::constant_from_f64(0.0), fraction: zero };
+        }
+        let mut pressure_pa = R::splat(self.rows.boundary_forcing[4 * step + stage].pressure_pa);
+        if self.plan.gas == Some(GasFlowModel::Darcy) {
+            pressure_pa = self.darcy.pressures[i].high;
+        }
+        let last = self.plan.pressure_levels - 2;
+        let position = pressure_coordinate(pressure_pa, R::from_f64(self.plan.middle_level_pa))
+            * R::constant_from_f64((last + 1) as f64);
+        let under = position.floor_clamped(last as u32);
+        PressureIndex { level_below: under, fraction: position - under }
+    }
+
+    /// Enthalpy of a cell per virgin mass, J/kg.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
+    #[inline(always)]
+    pub(super) fn solid_enthalpy(&self, ply: usize, phases: [R; MAX_STATES], here: TableSegment<'a, R>) -> R {
+        let mut risen_j_kg = integral(here, 1);
+        let mut sum = R::from_f64(0.0);
+        for state in 0..MAX_STATES {
+            if state < self.plan.plies[ply].states as usize {
+                if state > 0 && self.plan.plies[ply].rows > 1 {
+                    risen_j_kg = integral(self.state_columns(state, here), 1);
+                }
+                sum = sum + phases[state] * self.state_enthalpy(ply, state, risen_j_kg);
+            }
+        }
+        sum
+    }
+}
+
+/// Volume-weighted sums over the states of a cell: see [`StateScale`].
+pub(super) struct MixtureSums<R> {
+    pub conductivity: ConductivityParts<R>,
+    pub enthalpy_scale: R,
+    pub remains: R,
+}
+
+/// The sums over as many states as there are volume fractions.
+#[inline(always)]
+pub(super) fn mixture_sums<R: Real>(phases: &[R], own: &[StateScale<R>], parts: usize) -> MixtureSums<R> {
+    let mut conductivity = own[0].conductivity.times(phases[0], parts);
+    let mut stores = phases[0] * own[0].enthalpy_scale;
+    let mut remains = phases[0];
+    for (&volume, own) in phases[1..].iter().zip(&own[1..]) {
+        conductivity = conductivity.plus(own.conductivity.times(volume, parts), parts);
+        stores = stores + volume * own.enthalpy_scale;
+        remains = remains + volume * own.remains;
+    }
+    MixtureSums { conductivity, enthalpy_scale: stores, remains }
+}
+
+/// Divisor of the summed conductivities: the thickness ratio where parts mix by volume, times the mass ratio where they
+/// mix by mass.
+#[inline(always)]
+pub(super) fn conductivity_divisor<R: Real>(density: R, ply: PlyScale<R>, bulk: BulkProperties<R::Scalar>) -> R {
+    let stretch = thickness_ratio_of(density, ply, bulk);
+    if bulk.by_volume == R::scalar(1.0) { stretch } else { density * stretch }
+}
+
+/// Degree of conversion: mass lost over the mass lost at full conversion.
+#[inline(always)]
+pub(super) fn degree_of_conversion<R: Real>(density: R, ply: PlyScale<R>) -> R {
+    (R::from_f64(1.0) - density) * ply.per_loss
+}
+
+/// Thickness of a cell over its virgin thickness.
+#[inline(always)]
+pub(super) fn thickness_ratio_of<R: Real>(density: R, ply: PlyScale<R>, bulk: BulkProperties<R::Scalar>) -> R {
+    R::from_f64(1.0) - degree_of_conversion(density, ply) * R::constant(bulk.shrinkage)
+}
+
+/// Volume fractions after a transfer of `moved` from one state to another.
+#[inline(always)]
+pub(super) fn transfer_volume<R: Real>(
+    mut phases: [R; MAX_STATES],
+    path: ReactionPath<u32>,
+    moved_fraction: R,
+) -> [R; MAX_STATES] {
+    for (state, phase) in phases.iter_mut().enumerate() {
+        if path.source as usize == state {
+            *phase = *phase - moved_fraction;
+        }
+        if path.product as usize == state {
+            *phase = *phase + moved_fraction;
+        }
+    }
+    phases
+}

@@ -1,0 +1,52 @@
+//! Thermocouple readings.
+
+use super::Real;
+use super::compensated::{DoubleWord, add_compensated, add_unnormalized, difference};
+use crate::plan::layout::{Bead, Sensor};
+
+/// Temperature on the face between two nodes, weighted between its upper and its lower side.
+///
+/// The flux between the nodes, extrapolated over half a cell, gives either side to second order, and keeps the jump
+/// across a contact, which the mean of the nodes would smear.
+#[inline(always)]
+pub fn interface_temperature<R: Real>(
+    upper: DoubleWord<R>,
+    lower: DoubleWord<R>,
+    conductivity: R,
+    next: R,
+    conductance: R,
+    sensor: Sensor<R::Scalar>,
+) -> DoubleWord<R> {
+    let drop = difference(upper, lower);
+    let flux = conductance * drop;
+    let to_face = flux * R::splat(sensor.above_m) / conductivity;
+    let from_face = drop - flux * R::splat(sensor.below_m) / next;
+    let fall = R::splat(sensor.above) * to_face + R::splat(sensor.below) * from_face;
+    add_unnormalized(upper, -fall)
+}
+
+/// Part of a stretch that a depth shift covers, m. The stretch begins at `start_m` and is `length_m` long. Without a
+/// shift, the parts of the two stretches next to a sensor each have half the derivative, so that the derivative of the
+/// reading is the mean of both slopes. An extended stretch may have a negative part: a sensor on an outer face has one
+/// stretch only, and the derivative of its reading is the slope into the layup.
+#[inline(always)]
+pub fn covered_length<R: Real>(shift_m: R, start_m: R, length_m: R, is_extended: bool) -> R {
+    let part_m = shift_m - start_m;
+    if is_extended {
+        return part_m.min(length_m);
+    }
+    part_m.max(R::from_f64(0.0)).min(length_m)
+}
+
+/// Bead temperature after a step between two readings.
+#[inline(always)]
+pub fn bead_response<R: Real>(
+    bead: DoubleWord<R>,
+    before: DoubleWord<R>,
+    now: DoubleWord<R>,
+    weights: Bead<R::Scalar>,
+) -> DoubleWord<R> {
+    let start = R::splat(weights.start) * difference(before, bead);
+    let end = R::splat(weights.end) * difference(now, bead);
+    add_compensated(bead, start + end)
+}

@@ -1,0 +1,121 @@
+//! Ply rows: properties of the states, reactions and factor columns.
+
+use super::factor_columns::factor_column;
+use super::layout::{BulkProperties, Ply, Reaction, ReactionPath, StateProperties};
+use super::tables::{column_count, conductivity_parts_of, enthalpy_j_kg, state_count, tabulated_states};
+use crate::case::GAS_CONSTANT_J_MOL_K;
+use crate::case::{Case, Material, MixtureRule, Pores, Property, PyrolysisHeat, ReactionScheme, Table};
+
+/// The ply rows, given the cell range and the table offset of each ply.
+pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)], tables: &[usize], parts: usize) -> Vec<Ply<u32>> {
+    let (mut state, mut reaction) = (0, 0);
+    let cut = case.layup.plies.iter().zip(cells).zip(tables);
+    cut.map(|((ply, &(first, end)), &table)| {
+        let of = |property| factor_column(case, &ply.name, property);
+        let (states, reactions) = (state_count(&ply.material), reaction_paths(&ply.material).len());
+        let row = Ply {
+            first_cell: first as u32,
+            end_cell: end as u32,
+            table: table as u32,
+            columns: column_count(case, &ply.material, parts) as u32,
+            states: states as u32,
+            rows: tabulated_states(&ply.material) as u32,
+            parts: conductivity_parts_of(case, ply) as u32,
+            first_state: state as u32,
+            first_reaction: reaction as u32,
+            end_reaction: (reaction + reactions) as u32,
+            heat_capacity: of(Property::HeatCapacity),
+            density: of(Property::Density),
+            thickness: of(Property::Thickness),
+            kinetics: of(Property::PreExponential),
+            activation: of(Property::ActivationEnergy),
+            pyrolysis_heat: of(Property::PyrolysisHeat),
+            char_yield: of(Property::CharYield),
+            permeability: of(Property::Permeability),
+            holder: factor_column(case, "", Property::HolderLoss),
+            contact: of(Property::ContactConductance),
+        };
+        (state, reaction) = (state + states, reaction + reactions);
+        row
+    })
+    .collect()
+}
+
+/// The states that each reaction of a material consumes and produces: side by side from virgin to char, or in a chain.
+pub(super) fn reaction_paths(material: &Material) -> Vec<ReactionPath<u32>> {
+    let Some(decomposition) = &material.decomposition else { return vec![] };
+    let places = 0..decomposition.reactions.len() as u32;
+    places
+        .map(|place| match decomposition.scheme {
+            ReactionScheme::Parallel => ReactionPath { source: 0, product: 1 },
+            ReactionScheme::Consecutive => ReactionPath { source: place, product: place + 1 },
+        })
+        .collect()
+}
+
+pub(super) fn bulk_properties(material: &Material, holder_w_m3_k: f64) -> BulkProperties<f64> {
+    let density_kg_m3 = material.density_kg_m3;
+    let inert = BulkProperties { density_kg_m3, shrinkage: 0.0, by_volume: 0.0, absolute: 0.0, holder_w_m3_k };
+    let flag = |is: bool| f64::from(u8::from(is));
+    material.decomposition.as_ref().map_or(inert, |decomposition| BulkProperties {
+        shrinkage: decomposition.shrinkage,
+        by_volume: flag(decomposition.mixture_rule == MixtureRule::VolumeFractions),
+        absolute: flag(matches!(decomposition.heat, PyrolysisHeat::AbsoluteEnthalpies { .. })),
+        ..inert
+    })
+}
+
+pub(super) fn state_properties(material: &Material) -> Vec<StateProperties<f64>> {
+    let multiples = material.state_ratios().unwrap_or_else(|| vec![[1.0; 2]; state_count(material)]);
+    let row = |state: usize, remains: f64, pores: &Pores| StateProperties {
+        remains,
+        porosity: pores.porosity,
+        permeability_m2: pores.permeability_m2,
+        slip_pa_k: pores.slip_pa_k,
+        inertia_1_m: pores.inertia_1_m,
+        formation_j_kg: 0.0,
+        conductivity: multiples[state][0],
+        heat_capacity: multiples[state][1],
+    };
+    // The enthalpy in the tables is zero at the first node.
+    let over = |heat_capacity: &Table, stated_j_kg: f64, reference_k: f64| {
+        stated_j_kg - enthalpy_j_kg(heat_capacity, reference_k)
+    };
+    let mut rows = vec![row(0, 1.0, &material.pores)];
+    if let Some(decomposition) = &material.decomposition {
+        let remains = decomposition.residue_densities_kg_m3(1.0);
+        for (residue, remains) in decomposition.residues.iter().zip(remains) {
+            rows.push(row(rows.len(), remains, &residue.pores));
+        }
+        if let PyrolysisHeat::AbsoluteEnthalpies { virgin_j_kg, residues_j_kg, reference_k } = &decomposition.heat {
+            rows[0].formation_j_kg = over(&material.heat_capacity, *virgin_j_kg, *reference_k);
+            for ((row, residue), stated_j_kg) in rows[1..].iter_mut().zip(&decomposition.residues).zip(residues_j_kg) {
+                row.formation_j_kg = over(&residue.heat_capacity, *stated_j_kg, *reference_k);
+            }
+        }
+    }
+    rows
+}
+
+/// Largest converted share of the reactant over a whole march for which a reaction is skipped. A factor on activation
+/// energies shifts the threshold; a factor on rates does not, as twice this share is still negligible.
+const NEGLIGIBLE_CONVERSION: f64 = 1e-9;
+
+pub(super) fn reactions(material: &Material, duration_s: f64) -> Vec<Reaction<f64>> {
+    let Some(decomposition) = &material.decomposition else { return vec![] };
+    let total = decomposition.mass_loss();
+    let is_chain = decomposition.scheme == ReactionScheme::Consecutive;
+    let rows = decomposition.reactions.iter().enumerate();
+    rows.map(|(place, reaction)| Reaction {
+        rate_1_s: reaction.pre_exponential_1_s,
+        activation_k: reaction.activation_j_mol / GAS_CONSTANT_J_MOL_K,
+        order: reaction.order,
+        onset_k: reaction.onset_temperature_k,
+        idle: (reaction.pre_exponential_1_s * duration_s / NEGLIGIBLE_CONVERSION).ln(),
+        loss: reaction.mass_loss,
+        share: if is_chain { 1.0 } else { reaction.mass_loss / total },
+        heat_j_kg: reaction.heat_j_kg,
+        chained: f64::from(u8::from(is_chain && place > 0)),
+    })
+    .collect()
+}

@@ -1,0 +1,106 @@
+//! Step-dependent data of a plan: truncation in time, and another exposure.
+
+use super::forcing::{Forcing, final_rows};
+use super::layout::{Bead, NO_INSTANT};
+use super::time_grid::TimeGrid;
+use super::time_tolerance::time_tolerance_s;
+use super::{HeldReading, Plan, PlanData};
+use crate::case::{Case, Exposure};
+use std::sync::Arc;
+
+impl Plan {
+    /// The same cells, steps and tables up to an instant, at both resolutions. Planning a shorter case anew would
+    /// choose other cells and steps, and tabulate other pressures.
+    ///
+    /// # Panics
+    /// When the instant is zero or beyond the last.
+    pub fn truncated_at(&self, instant: usize) -> Self {
+        let interpolation = self.interpolation.as_ref().map(|interpolation| interpolation.until(instant));
+        // The last record of a march has no step after it, which with gas flow changes it by microkelvins: readings
+        // must not use it.
+        let last = interpolation
+            .as_ref()
+            .map_or(instant, |interpolation| (interpolation.last_record() + 1).min(self.records - 1));
+        let steps = self.record_at_step.iter().position(|&at| at == last as u32).expect("an instant of the plan");
+        let mut forcing = self.data.boundary_forcing[..4 * steps].to_vec();
+        forcing.extend(final_rows(&forcing));
+        Self {
+            coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.truncated_at(instant))),
+            instants_s: self.instants_s[..=instant].to_vec(),
+            times_s: self.times_s[..=steps].to_vec(),
+            record_at_step: self.record_at_step[..=steps].to_vec(),
+            records: last + 1,
+            interpolation,
+            held_readings: self.held_readings.iter().map(|reading| reading.truncated_at(instant)).collect(),
+            data: PlanData {
+                step_lengths_s: self.data.step_lengths_s[..steps].to_vec(),
+                beads: self.data.beads[..steps * self.sensor_locations.len()].to_vec(),
+                boundary_forcing: forcing,
+                ..self.data.clone()
+            },
+            ..self.clone()
+        }
+    }
+
+    /// The same cells, steps and tables under another exposure, at both resolutions. Steps end on the corners of the
+    /// exposure of the original plan; a with_schedule face must stay with_schedule.
+    pub fn with_exposure(&self, exposure: &Exposure) -> Self {
+        self.with_forcing(&Arc::new(self.forcing.with_exposure(exposure)))
+    }
+
+    fn with_forcing(&self, forcing: &Arc<Forcing>) -> Self {
+        let with_schedule = |reading: &HeldReading| HeldReading {
+            temperatures_k: forcing.held_k(reading.face, &self.times_s, &self.instants_s),
+            ..*reading
+        };
+        Self {
+            coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.with_forcing(forcing))),
+            held_readings: self.held_readings.iter().map(with_schedule).collect(),
+            forcing: Arc::clone(forcing),
+            data: PlanData { boundary_forcing: forcing.at_step_ends(&self.times_s), ..self.data.clone() },
+            ..self.clone()
+        }
+    }
+}
+
+impl HeldReading {
+    fn truncated_at(&self, instant: usize) -> Self {
+        let temperatures_k = self.temperatures_k.as_ref().map(|temperatures_k| temperatures_k[..=instant].to_vec());
+        Self { temperatures_k, ..*self }
+    }
+}
+
+/// Number of the instant at the start of each step and at the end of the last, or `NO_INSTANT`.
+pub(super) fn records_at_steps(time_grid: &TimeGrid) -> Vec<u32> {
+    let close_s = time_tolerance_s(time_grid.times_s.last().copied().unwrap_or_default());
+    let mut next = 0;
+    time_grid
+        .times_s
+        .iter()
+        .map(|&time_s| {
+            if time_grid.instants_s.get(next).is_some_and(|&instant_s| instant_s <= time_s + close_s) {
+                next += 1;
+                next as u32 - 1
+            } else {
+                NO_INSTANT
+            }
+        })
+        .collect()
+}
+
+/// Exact weights of a first-order lag (thermocouple bead) for a reading that is linear in time over the step.
+pub(super) fn lag_weights(case: &Case, time_grid: &TimeGrid) -> Vec<Bead<f64>> {
+    let mut beads = Vec::with_capacity(time_grid.times_s.len() * case.sensors.len());
+    for step in time_grid.times_s.windows(2) {
+        for sensor in &case.sensors {
+            beads.push(if sensor.lag_s > 0.0 {
+                let lags = (step[1] - step[0]) / sensor.lag_s;
+                let mean = -(-lags).exp_m1() / lags;
+                Bead { start: mean - (-lags).exp(), end: 1.0 - mean }
+            } else {
+                Bead { start: 0.0, end: 1.0 }
+            });
+        }
+    }
+    beads
+}

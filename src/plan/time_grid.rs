@@ -1,0 +1,237 @@
+//! Time steps and output instants.
+//!
+//! A step ends on every major corner of a schedule; steps that a case specifies end on every corner and every instant.
+//! All members of an ensemble share the steps, so that differences between members carry no noise from step-size
+//! control.
+
+use super::forcing::Forcing;
+use super::interpolation::RecordInterpolation;
+use super::time_tolerance::time_tolerance_s;
+use crate::case::{Case, Resolution};
+
+/// End times of the steps, and the instants at which sensors are read.
+#[derive(Clone, Debug)]
+pub struct TimeGrid {
+    /// Time at the end of each step, s; the first entry is zero.
+    pub times_s: Vec<f64>,
+    /// Times at which the sensors are read, s; the first is zero.
+    pub instants_s: Vec<f64>,
+    /// Interpolation of the instants between steps; `Scalar` where steps end on all of them.
+    pub(super) interpolation: Option<RecordInterpolation>,
+}
+
+/// Rule for the step lengths, before steps are subdivided.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeStepControl {
+    /// How steps grow after a corner of a schedule.
+    pub growth: StepGrowth,
+    /// Local refinement, ordered by time.
+    pub segments: Vec<TimeSegment>,
+}
+
+/// Growth of the steps with the time since the last corner of a schedule.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepGrowth {
+    /// Step = `share` × time since the corner, between a first and a largest step. Steps end on every instant.
+    Geometric {
+        /// The first step after a corner, s.
+        first_step_s: f64,
+        /// Ratio of a step to the time since the corner.
+        share: f64,
+        /// Largest step, s.
+        largest_step_s: f64,
+    },
+    /// `h = coefficient τ^(1 − 1/GRADING_EXPONENT)`, in s^(1/GRADING_EXPONENT): the time since the corner is a power of
+    /// the step number. Instants are interpolated between steps.
+    Graded {
+        /// s^(1/GRADING_EXPONENT).
+        coefficient: f64,
+    },
+}
+
+/// Exponent of the graded time mesh: after a corner, time rises as this power of the step number.
+///
+/// After a jump of a flux the temperature rises as √t, after a jump of a temperature the flux falls as 1/√t; uniform
+/// steps are then of order 1 or less, however short. A graded mesh of exponent 4 keeps second order for both (Brunner,
+/// SIAM J. Numer. Anal. 20, 1983, for weakly singular kernels), and halved steps lie on the same curve.
+pub const GRADING_EXPONENT: f64 = 4.0;
+
+/// Refinement of the steps from one time to that of the next segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeSegment {
+    /// Start of the segment, s.
+    pub start_s: f64,
+    /// Steps per step of the growth rule.
+    pub step_density: f64,
+    /// Equal parts of each step. Unlike a density, they refine every step, however few there are between two corners.
+    pub subdivisions: usize,
+}
+
+impl TimeStepControl {
+    /// The steps that a case specifies, `factor` times as long.
+    pub fn scaled(resolution: &Resolution, times: f64) -> Self {
+        let growth = StepGrowth::Geometric {
+            first_step_s: resolution.first_step_s * times,
+            share: resolution.growth * times,
+            largest_step_s: resolution.largest_step_s * times,
+        };
+        Self { growth, segments: Vec::new() }
+    }
+
+    fn segment_at(&self, time_s: f64) -> TimeSegment {
+        let segment = self.segments.iter().rfind(|segment| segment.start_s <= time_s);
+        segment.copied().unwrap_or(TimeSegment { start_s: 0.0, step_density: 1.0, subdivisions: 1 })
+    }
+}
+
+impl StepGrowth {
+    /// Times after a corner, s, with the fractional number of steps that lead to each; between two of them the number
+    /// is linear in [`graded_time`](Self::graded_time).
+    fn count_steps(self, from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
+        match self {
+            Self::Geometric { first_step_s, share, largest_step_s } => {
+                let (mut counted, mut time_s, mut steps) = (vec![(from_s, 0.0)], from_s, 0.0);
+                while time_s < to_s {
+                    let step_s = (share * time_s).clamp(first_step_s, largest_step_s);
+                    steps += ((to_s - time_s) / step_s).min(1.0);
+                    time_s = if time_s + step_s < to_s { time_s + step_s } else { to_s };
+                    counted.push((time_s, steps));
+                }
+                counted
+            }
+            Self::Graded { coefficient } => {
+                let [from, to] = [from_s, to_s].map(|time_s| self.graded_time(time_s));
+                let steps = GRADING_EXPONENT * (to - from) / coefficient;
+                // Intervals no longer than a step, so that a change of density takes effect where it is stated.
+                let parts = steps.clamp(1.0, MAX_COUNTING_INTERVALS).ceil();
+                let part = |part: f64| {
+                    (
+                        if part < parts { (from + (to - from) * part / parts).powf(GRADING_EXPONENT) } else { to_s },
+                        steps * part / parts,
+                    )
+                };
+                (0..=parts as usize).map(|number| part(number as f64)).collect()
+            }
+        }
+    }
+
+    /// The transformed time since a corner, in which steps are uniform.
+    fn graded_time(self, time_s: f64) -> f64 {
+        match self {
+            Self::Geometric { .. } => time_s,
+            Self::Graded { .. } => time_s.powf(1.0 / GRADING_EXPONENT),
+        }
+    }
+
+    /// Inverse of [`graded_time`](Self::graded_time).
+    fn time_since_corner(self, warp: f64) -> f64 {
+        match self {
+            Self::Geometric { .. } => warp,
+            Self::Graded { .. } => warp.powf(GRADING_EXPONENT),
+        }
+    }
+}
+
+/// Most intervals in which the steps between two breakpoints are counted.
+const MAX_COUNTING_INTERVALS: f64 = 4096.0;
+
+/// Most corners on which specified steps end one by one.
+const MAX_CORNERS: usize = 10_000;
+
+impl TimeGrid {
+    /// Interpolation of the instants between steps; `Scalar` where steps end on them.
+    #[cfg(feature = "internals")]
+    pub fn interpolation(&self) -> Option<&RecordInterpolation> {
+        self.interpolation.as_ref()
+    }
+
+    /// The steps of a growth rule, each divided into `subdivisions`, ending on corners of the schedules.
+    pub(super) fn new(case: &Case, forcing: &Forcing, control: &TimeStepControl, subdivisions: usize) -> Self {
+        let duration_s = case.exposure.duration_s;
+        let ends_on_instants = matches!(control.growth, StepGrowth::Geometric { .. });
+        let ends_on_all = ends_on_instants && forcing.corners_s.len() <= MAX_CORNERS;
+        let corners_s = if ends_on_all { &forcing.corners_s } else { &forcing.major_corners_s };
+        let corners_s = sort_and_deduplicate(corners_s.clone(), duration_s);
+        let mut instants_s: Vec<f64> =
+            (0..).map(|i| f64::from(i) * case.resolution.output_interval_s).take_while(|&t| t < duration_s).collect();
+        instants_s.extend(case.observations.iter().flat_map(|seen| seen.times_s.iter().copied()));
+        instants_s.push(duration_s);
+        let instants_s = sort_and_deduplicate(instants_s, duration_s);
+
+        // At a jump of the pressure a record holds the gauges after the jump, so an earlier instant must not be
+        // interpolated towards it: steps also end on the last instant before such a jump, and interpolation stays on
+        // one side.
+        let before =
+            |jump_s: &f64| instants_s.iter().rfind(|&&at_s| at_s < jump_s - time_tolerance_s(duration_s)).copied();
+        let jumps_s = if case.gas.is_some() { forcing.pressure_jumps_s.as_slice() } else { &[] };
+        let before_jumps_s: Vec<f64> = jumps_s.iter().filter_map(before).collect();
+        let breaks_s = sort_and_deduplicate([corners_s.as_slice(), &before_jumps_s].concat(), duration_s);
+        let mut ends_s = if ends_on_instants { instants_s.clone() } else { vec![duration_s] };
+        ends_s.extend(&breaks_s);
+        let ends_s = sort_and_deduplicate(ends_s, duration_s);
+
+        let mut times_s = vec![0.0];
+        let mut corner_s = 0.0;
+        for leg in ends_s.windows(2) {
+            if let Some(&last) = corners_s.iter().rfind(|&&corner| corner <= leg[0] + time_tolerance_s(duration_s)) {
+                corner_s = last;
+            }
+            append_steps(&mut times_s, leg[0], leg[1], corner_s, control, subdivisions);
+        }
+        let interpolation = (!ends_on_instants).then(|| RecordInterpolation::new(&times_s, &breaks_s, &instants_s));
+        Self { times_s, instants_s, interpolation }
+    }
+}
+
+/// Times within the march, sorted and without duplicates.
+fn sort_and_deduplicate(mut times_s: Vec<f64>, duration_s: f64) -> Vec<f64> {
+    times_s.retain(|&t| (0.0..=duration_s).contains(&t));
+    times_s.sort_by(f64::total_cmp);
+    times_s.dedup_by(|later, earlier| *later - *earlier <= time_tolerance_s(duration_s));
+    times_s
+}
+
+/// Append the steps from one breakpoint to the next.
+///
+/// The number of steps, weighted by the local density, is accumulated over the leg and divided into equal parts, so
+/// that the leg has whole steps; where the density is one, no step is longer than the growth rule's. Subdivisions are
+/// equal in the transformed time and cross density changes: every step is refined, even in a segment with almost none.
+fn append_steps(
+    times_s: &mut Vec<f64>,
+    start_s: f64,
+    end_s: f64,
+    corner_s: f64,
+    control: &TimeStepControl,
+    subdivisions: usize,
+) {
+    // A leg that is a whole number of steps must not get one more by rounding.
+    const ROUNDING: f64 = 1e-6;
+    let growth = control.growth;
+    let counted = growth.count_steps(start_s - corner_s, end_s - corner_s);
+    let mut weighted = vec![0.0];
+    for pair in counted.windows(2) {
+        let segment = control.segment_at(corner_s + 0.5 * (pair[0].0 + pair[1].0));
+        weighted.push(weighted[weighted.len() - 1] + segment.step_density * (pair[1].1 - pair[0].1));
+    }
+    let (unweighted, all) = (counted[counted.len() - 1].1, weighted[weighted.len() - 1]);
+    let whole = (unweighted - ROUNDING).ceil().max(1.0);
+    let steps = (whole * all / unweighted).round().max(1.0) as usize;
+    let mut next = 1;
+    let mut time_s = |step: f64| {
+        let target = all * step / steps as f64;
+        while next + 1 < counted.len() && weighted[next] < target {
+            next += 1;
+        }
+        let share = (target - weighted[next - 1]) / (weighted[next] - weighted[next - 1]);
+        let [from, to] = [counted[next - 1].0, counted[next].0].map(|time_s| growth.graded_time(time_s));
+        corner_s + growth.time_since_corner(from + (to - from) * share)
+    };
+    for step in 1..=steps {
+        let from_s = times_s[times_s.len() - 1];
+        let to_s = if step < steps { time_s(step as f64) } else { end_s };
+        let [from, to] = [from_s, to_s].map(|time_s| growth.graded_time(time_s - corner_s));
+        let parts = subdivisions * control.segment_at(from_s).subdivisions;
+        let inner = (1..parts).map(|part| from + (to - from) * part as f64 / parts as f64);
+        times_s.extend(inner.map(|warp| corner_s + growth.time_since_corner(warp)).chain([to_s]));
+    }
+}

@@ -1,0 +1,198 @@
+//! Coverage study: fits of synthetic data sets with known true factors.
+
+mod figures;
+mod record;
+
+use super::figure::Figure;
+use super::files::json::JsonObject;
+use super::files::table::NamedFile;
+use super::files::table::{CsvTable, cell};
+use super::html::table::{list, paragraph, table};
+use super::reportable::{Finding, Reportable, ScreenLimits, Section};
+use super::terminal::wrap;
+use super::{ReportError, format};
+use crate::study::answers::Answers;
+use crate::study::coverage_study::{CoverageStudy, FactorCoverage};
+
+impl Reportable for CoverageStudy {
+    fn comes_first(&self) -> bool {
+        true
+    }
+
+    fn findings(&self, _: &Answers) -> Vec<Finding> {
+        vec![
+            Finding { label: "Synthetic data", text: data_description(self) },
+            Finding { label: "Coverage", text: coverage(self) },
+        ]
+    }
+
+    fn warnings(&self, _: &Answers) -> Vec<String> {
+        coverage_warnings(self)
+    }
+
+    fn figures(&self, _: &Answers) -> Vec<(&'static str, Figure)> {
+        figures::figures(self).into_iter().map(|figure| ("coverage", figure)).collect()
+    }
+
+    fn sections(&self, _: &Answers) -> Vec<Section> {
+        vec![Section::new("coverage", "Coverage", page(self))]
+    }
+
+    fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
+        Ok(vec![estimates(self)?])
+    }
+
+    fn write_summary(&self, _: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
+        record.put("coverage_study", &record::CoverageStudyRecord::of(self))
+    }
+
+    fn screen(&self, _: &Answers, _: &ScreenLimits) -> Vec<String> {
+        on_screen(self)
+    }
+}
+
+/// Coverage of the 95 % intervals.
+fn coverage(outcome: &CoverageStudy) -> String {
+    let each: Vec<String> = outcome
+        .factors
+        .iter()
+        .map(|factor| {
+            let FactorCoverage { name, covered, .. } = factor;
+            format!("{name} {} of {}", format::count(covered.count), format::count(covered.total))
+        })
+        .collect();
+    format!("Coverage of the 95 % intervals: {}; {}.", format::proportion(outcome.covered), format::list(&each))
+}
+
+/// Description of the synthetic data.
+fn data_description(outcome: &CoverageStudy) -> String {
+    let noise = outcome.noise_k.map_or("the standard deviations of the observations".to_owned(), |noise_k| {
+        format!("standard deviation {}", format::temperature_difference(noise_k))
+    });
+    let kind = if outcome.noise.correlation_s > 0.0 {
+        format!("noise of correlation time {}", format::seconds(outcome.noise.correlation_s))
+    } else {
+        "white noise".to_owned()
+    };
+    format!(
+        "{} from true factors sampled within the {} bounds, with {kind} ({noise}); {} each, effective sample size {}.",
+        format::counted(outcome.fits.len(), "synthetic data set"),
+        outcome.truth_bounds.name(),
+        format::counted(outcome.samples, "sample"),
+        format::significant(outcome.effective_samples, 2)
+    )
+}
+
+/// Whether the bias exceeds three of its standard errors.
+fn is_biased(factor: &FactorCoverage) -> bool {
+    factor.bias.abs() > 3.0 * factor.bias_error
+}
+
+/// Warnings.
+fn coverage_warnings(outcome: &CoverageStudy) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (reason, count) in outcome.failures() {
+        let of = format::counted(outcome.fits.len(), "fit");
+        warnings.push(format!(
+            "{} of {of} did not converge ({reason}); those with an estimate count with their last interval.",
+            format::count(count)
+        ));
+    }
+    for factor in &outcome.factors {
+        let (low, high) = factor.covered.interval_95();
+        if !(low..=high).contains(&0.95) {
+            let way = if high < 0.95 { "low" } else { "high" };
+            let share = format::proportion(factor.covered);
+            warnings.push(format!("The coverage of {} is too {way}: {share} instead of 95 %.", factor.name));
+        }
+        if factor.at_bound > 0 {
+            warnings.push(format!(
+                "{} of {} estimates of {} are on a bound; they are included.",
+                format::count(factor.at_bound),
+                format::count(factor.covered.total),
+                factor.name
+            ));
+        }
+        if is_biased(factor) {
+            warnings.push(format!(
+                "The estimates of {} have a bias of {}, beyond its 95 % sampling error of {}.",
+                factor.name,
+                format::significant(factor.bias, 2),
+                format::significant(2.0 * factor.bias_error, 2)
+            ));
+        }
+    }
+    warnings
+}
+
+fn page(outcome: &CoverageStudy) -> String {
+    let rows: Vec<Vec<String>> = outcome
+        .factors
+        .iter()
+        .map(|factor| {
+            vec![
+                factor.name.clone(),
+                format::significant(factor.bias, 2),
+                format::significant(factor.bias_error, 2),
+                format::significant(factor.rms, 2),
+                format::significant(factor.half_width, 2),
+                format!("{} of {}", format::count(factor.covered.count), format::count(factor.covered.total)),
+                format::proportion(factor.covered).replace(" %", ""),
+                format::count(factor.at_bound),
+            ]
+        })
+        .collect();
+    let ended =
+        format!("{} of {} converged.", format::count(outcome.converged()), format::counted(outcome.fits.len(), "fit"));
+    let head = [
+        "Factor",
+        "Bias",
+        "Standard error of the bias",
+        "RMSE",
+        "Mean half-width of the 95 % intervals",
+        "Covered",
+        "Coverage, %",
+        "On a bound",
+    ];
+    list(&[coverage(outcome), ended])
+        + &table("Errors of the estimates and coverage of their intervals", &head, &rows)
+        + &paragraph(&data_description(outcome))
+}
+
+fn on_screen(outcome: &CoverageStudy) -> Vec<String> {
+    let mut lines = wrap("", &data_description(outcome));
+    lines.push(format!("{:<15}{:>10}{:>9}{:>9}{:>9}  {}", "factor", "bias", "RMSE", "± 95 %", "on bound", "coverage"));
+    for factor in &outcome.factors {
+        lines.push(format!(
+            "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
+            format::truncate(&factor.name, 14),
+            format::significant(factor.bias, 2),
+            format::significant(factor.rms, 2),
+            format::significant(factor.half_width, 2),
+            format::count(factor.at_bound),
+            format::proportion(factor.covered)
+        ));
+    }
+    lines.extend(wrap("", &coverage(outcome)));
+    lines
+}
+
+fn estimates(outcome: &CoverageStudy) -> Result<NamedFile, ReportError> {
+    let columns = ["data_set", "factor", "truth", "estimate", "low", "high", "interval_holds_truth"];
+    let mut table = CsvTable::new("coverage.csv", columns)?;
+    for (number, twin) in outcome.fits.iter().enumerate() {
+        for (place, (&truth, factor)) in twin.truth.iter().zip(&outcome.factors).enumerate() {
+            let mut row = vec![number.to_string(), factor.name.clone(), cell(truth)];
+            match twin.outcome.result() {
+                Some(found) => {
+                    let (low, high) = found.intervals[place];
+                    row.extend([found.values[place], low, high].map(cell));
+                    row.push(u8::from((low..=high).contains(&truth)).to_string());
+                }
+                None => row.extend(std::iter::repeat_n(String::new(), 4)),
+            }
+            table.text_row(row)?;
+        }
+    }
+    table.finish()
+}

@@ -1,0 +1,158 @@
+//! The interface between the results of a study and its report, and the list of all results.
+
+use super::ReportError;
+use super::figure::Figure;
+use super::files::json::JsonObject;
+use super::files::table::NamedFile;
+use crate::study::answers::Answers;
+use crate::study::nominal::Prediction;
+
+/// A result as the report shows it. Page, files and screen iterate over [`all`] results and name none.
+///
+/// `answers` holds all results of the run, this one among them.
+pub(super) trait Reportable {
+    /// Whether it comes first on page and screen; the screen then omits the table of the prediction.
+    fn comes_first(&self) -> bool {
+        false
+    }
+
+    /// Whether it uses observations.
+    fn uses_observations(&self) -> bool {
+        true
+    }
+
+    /// Its march at the nominal factors, if any.
+    fn nominal(&self) -> Option<&Prediction> {
+        None
+    }
+
+    /// Its march at the estimated factors, if any.
+    fn fitted(&self) -> Option<&Prediction> {
+        None
+    }
+
+    /// Its numbers of sampled members, if any.
+    fn members(&self) -> Option<MemberCounts> {
+        None
+    }
+
+    /// Facts for the header of the page, such as the number of members.
+    fn facts(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Its findings.
+    fn findings(&self, _: &Answers) -> Vec<Finding> {
+        Vec::new()
+    }
+
+    /// Its warnings, each of one or two sentences.
+    fn warnings(&self, _: &Answers) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Its figures, each with the anchor of its section.
+    fn figures(&self, _: &Answers) -> Vec<(&'static str, Figure)> {
+        Vec::new()
+    }
+
+    /// Its sections of the page.
+    fn sections(&self, _: &Answers) -> Vec<Section> {
+        Vec::new()
+    }
+
+    /// Paragraphs on the methods used.
+    fn methods(&self, _: &Answers) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Its tables.
+    ///
+    /// # Errors
+    /// When a row cannot be written.
+    fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
+        Ok(Vec::new())
+    }
+
+    /// Write its keys to `summary.json`.
+    ///
+    /// # Errors
+    /// When JSON cannot be written.
+    fn write_summary(&self, _: &Answers, _: &mut JsonObject<'_>) -> Result<(), ReportError> {
+        Ok(())
+    }
+
+    /// Its lines on the screen.
+    fn screen(&self, _: &Answers, _: &ScreenLimits) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Lines shown after those of all results if there is room.
+    fn screen_footer(&self, _: &Answers) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// All results of the run, in the order of their figures and tables. A new kind of result is registered here.
+pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
+    fn shown<T: Reportable>(answer: &Option<T>) -> Option<&dyn Reportable> {
+        answer.as_ref().map(|answer| answer as &dyn Reportable)
+    }
+    let each = [
+        shown(&answers.nominal),
+        shown(&answers.uncertainty),
+        shown(&answers.sensitivity),
+        // Includes the posterior and the model comparison.
+        shown(&answers.estimated),
+        shown(&answers.sizing),
+        shown(&answers.flux_inversion),
+        shown(&answers.coverage_study),
+    ];
+    each.into_iter().flatten().collect()
+}
+
+/// All results in the order of page and screen.
+pub(super) fn in_reading_order(answers: &Answers) -> Vec<&dyn Reportable> {
+    let mut each = all(answers);
+    each.sort_by_key(|answer| !answer.comes_first());
+    each
+}
+
+/// One finding: its label and its text.
+pub(super) struct Finding {
+    pub label: &'static str,
+    pub text: String,
+}
+
+/// A section of the page; its figures follow its content. A section with neither is omitted.
+pub(super) struct Section {
+    pub anchor: &'static str,
+    pub title: &'static str,
+    /// HTML.
+    pub content: String,
+    /// Whether captions are above their figures.
+    pub captions_above: bool,
+}
+
+impl Section {
+    pub(super) fn new(anchor: &'static str, title: &'static str, content: String) -> Self {
+        Self { anchor, title, content, captions_above: false }
+    }
+}
+
+/// Numbers of members requested and completed.
+pub(super) struct MemberCounts {
+    pub requested: usize,
+    pub completed: usize,
+}
+
+/// Limits of the screen: rows of each kind.
+pub(super) struct ScreenLimits {
+    pub sensors: usize,
+    pub factors: usize,
+    pub misfits: usize,
+    /// Whether many results share the screen.
+    pub is_shared: bool,
+    /// Whether a result other than the prediction comes first.
+    pub has_leading_result: bool,
+}

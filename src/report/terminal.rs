@@ -1,0 +1,136 @@
+//! The terminal output of a report: at most 24 lines of 80 columns.
+
+use super::reportable::{self, ScreenLimits};
+use super::{backend_text, format, observations, warnings};
+use crate::study::answers::Answers;
+
+const LINES: usize = 24;
+const COLUMNS: usize = 80;
+/// From this number of results on, each gets fewer lines: `study` shows the results of four commands.
+const MANY_RESULTS: usize = 4;
+
+/// The results as text for a terminal; each line ends with a line feed.
+pub fn screen(answers: &Answers) -> String {
+    let each = reportable::in_reading_order(answers);
+    let members = each.iter().find_map(|answer| answer.members()).map_or(String::new(), |drawn| {
+        format!("{} of {} completed, ", format::count(drawn.completed), format::counted(drawn.requested, "member"))
+    });
+    let elapsed_s = answers.timing.start.elapsed().as_secs_f64();
+    let mut lines = vec![
+        format!("{}: {}", answers.question, answers.name()),
+        format!("{}{}, {} s", members, backend_text(&answers.backend), format::significant(elapsed_s, 2)),
+    ];
+    let reached =
+        answers.nominal_march().and_then(|march| march.error_estimate.as_ref()).map(format::discretisation_error);
+    lines.extend(reached.into_iter().flat_map(|reached| wrap("", &reached)));
+    if each.iter().all(|answer| answer.uses_observations()) {
+        lines.extend(observations::data_used(answers).map_or(Vec::new(), |text| wrap("", &text)));
+    }
+    let is_led = each.iter().any(|answer| answer.comes_first());
+    let room = if each.len() >= MANY_RESULTS {
+        ScreenLimits { sensors: 6, factors: 4, misfits: 3, is_shared: true, has_leading_result: is_led }
+    } else {
+        ScreenLimits { sensors: 8, factors: 8, misfits: 4, is_shared: false, has_leading_result: is_led }
+    };
+    lines.extend(each.iter().flat_map(|answer| answer.screen(answers, &room)));
+    // These lines are on the page too; they must not displace the termination of an estimate.
+    let last: Vec<String> = each.iter().flat_map(|answer| answer.screen_footer(answers)).collect();
+    if lines.len() + last.len() < LINES {
+        lines.extend(last);
+    }
+    let warnings = warnings::all(answers);
+    let left = LINES.saturating_sub(lines.len());
+    let mut shown = Vec::new();
+    for (index, warning) in warnings.iter().enumerate() {
+        let wrapped = wrap("! ", warning);
+        let reserved = if index + 1 == warnings.len() { 0 } else { 1 };
+        if shown.len() + wrapped.len() + reserved > left {
+            shown.truncate(left.saturating_sub(1));
+            shown.push(format!("! {} in report.html", format::counted(warnings.len() - index, "more warning")));
+            break;
+        }
+        shown.extend(wrapped);
+    }
+    lines.extend(shown);
+    lines.truncate(LINES);
+    lines.iter().map(|line| truncate_line(line) + "\n").collect()
+}
+
+/// The deepest sensors, at most `most`, and a line that counts the others.
+pub(super) fn shown_sensors(answers: &Answers, most: usize) -> (std::ops::Range<usize>, Option<String>) {
+    let sensors = answers.case.sensors.len();
+    let hidden = sensors.saturating_sub(most);
+    let others = (hidden > 0).then(|| format!("{} in report.html", format::counted(hidden, "shallower sensor")));
+    (hidden..sensors, others)
+}
+
+/// Wrap a text at 80 columns. The first line begins with `lead`, the others are indented as far.
+pub fn wrap(lead: &str, text: &str) -> Vec<String> {
+    let margin = " ".repeat(lead.len());
+    let mut lines = vec![lead.to_owned()];
+    for word in text.split(' ') {
+        let line = lines.last_mut().expect("there is a first line");
+        let begun = line.chars().count() > margin.len();
+        if begun && line.chars().count() + 1 + word.chars().count() > COLUMNS {
+            lines.push(format!("{margin}{word}"));
+        } else {
+            line.push_str(if begun { " " } else { "" });
+            line.push_str(word);
+        }
+    }
+    lines
+}
+
+fn truncate_line(line: &str) -> String {
+    format::truncate(line.trim_end(), COLUMNS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::*;
+
+    #[test]
+    fn every_command_fits_a_screen_of_24_lines_and_80_columns() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.case.name = "a name that goes on and on ".repeat(8);
+        for command in ["predict", "uncertainty", "sensitivity", "estimate", "study"] {
+            let screen = screen(&outcomes.answers(command));
+            assert!(screen.lines().count() <= LINES, "{command}:\n{screen}");
+            assert!(screen.lines().all(|line| line.chars().count() <= COLUMNS), "{command}:\n{screen}");
+        }
+    }
+
+    #[test]
+    fn mass_lost_and_char_depth_are_shown_and_do_not_displace_the_termination_of_the_estimate() {
+        let charring = fixture::outcomes().charring();
+        for command in ["predict", "study"] {
+            let screen = screen(&charring.answers(command));
+            let text = screen.replace('\n', " ");
+            assert!(text.contains("Mass lost 0.360 kg/m²") && text.contains("final char depth 2.50 mm."), "{screen}");
+            assert!(screen.lines().count() <= LINES, "{command}:\n{screen}");
+            assert_eq!(text.contains("converged after"), command == "study", "{screen}");
+        }
+        let still = screen(&fixture::outcomes().answers("study"));
+        assert!(!still.contains("Mass lost") && !still.contains("gas flux"), "{still}");
+    }
+
+    #[test]
+    fn a_prediction_shows_the_peak_temperature_of_the_bondline_and_its_time() {
+        let outcomes = fixture::outcomes();
+        let screen = screen(&outcomes.answers("predict"));
+        let peak = outcomes.nominal.peaks[3];
+        let line = screen.lines().find(|line| line.starts_with("TC4")).expect("a line for TC4");
+        assert!(line.contains(&format::kelvin(peak.temperature_k)), "{line}");
+        assert!(line.contains(&format::seconds(peak.time_s)), "{line}");
+    }
+
+    #[test]
+    fn an_energy_imbalance_is_warned_of_on_the_screen() {
+        let mut outcomes = fixture::outcomes();
+        let sound = screen(&outcomes.answers("predict"));
+        outcomes.nominal.balance.stored_j_m2 *= 1.1;
+        let leaking = screen(&outcomes.answers("predict"));
+        assert!(!sound.contains("energy balance") && leaking.contains("energy balance"), "{leaking}");
+    }
+}

@@ -1,0 +1,97 @@
+//! Sensitivity indices of a peak in sentences and tables.
+
+use crate::report::format;
+use crate::study::answers::Answers;
+use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
+use crate::study::uncertainty::Uncertainty;
+
+/// Shares of the variance of a sensor's peak due to single factors and to pairwise interactions.
+pub(super) fn variance_decomposition(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> Option<String> {
+    let causes = &outcome.peaks[sensor].temperature_indices;
+    let name = answers.sensor_name(&answers.case, sensor);
+    let first = defined_indices(&causes.first)?;
+    if !outcome.is_independent {
+        let most = (0..first.len()).max_by(|&a, &b| first[a].value.total_cmp(&first[b].value))?;
+        return Some(format!(
+            "The factors are correlated, so that the first-order Sobol indices of the peak of {name} overlap. The \
+             largest is that of {}, {}, including the effect of factors correlated with it; its total index, without \
+             that effect, is {}.",
+            answers.case.factors[most].name,
+            index_with_interval(first[most]),
+            format::percent(causes.total[most].value),
+        ));
+    }
+    let explained: f64 = first.iter().map(|index| index.value).sum();
+    let together = (1.0 - explained - causes.unexplained).max(0.0);
+    let mut text = format!(
+        "Variance of the peak of {name}: first-order Sobol indices sum to {}, pairwise interactions explain {}",
+        format::percent_near_limits(explained.min(1.0)),
+        format::percent_near_limits(together),
+    );
+    if causes.unexplained >= 0.0005 {
+        text += &format!(", {} is unexplained", format::percent_near_limits(causes.unexplained));
+    }
+    Some(text + ".")
+}
+
+/// Head of the table of sensitivity indices.
+pub(super) const HEAD: [&str; 6] = [
+    "Factor",
+    "First-order Sobol index",
+    "Total Sobol index",
+    "Pearson correlation",
+    "Spearman rank correlation",
+    "Partial rank correlation (PRCC)",
+];
+
+/// Rows of the table, one per factor, the largest total index first.
+pub(super) fn rows(answers: &Answers, causes: &SensitivityIndices) -> Vec<Vec<String>> {
+    let mut order: Vec<usize> = (0..answers.case.factors.len()).collect();
+    // NaN keeps the order of the case.
+    order.sort_by(|&a, &b| {
+        causes.total[b].value.partial_cmp(&causes.total[a].value).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let signed = |likely: ConfidenceInterval| {
+        let [value, low, high] = [likely.value, likely.low, likely.high].map(|value| format!("{value:.2}"));
+        if likely.value.is_nan() { "unknown".to_owned() } else { format!("{value} ({low} to {high})") }
+    };
+    let row = |factor: usize| {
+        vec![
+            answers.case.factors[factor].name.clone(),
+            index_with_interval(causes.first[factor]),
+            index_with_interval(causes.total[factor]),
+            signed(causes.correlations[factor]),
+            signed(causes.rank_correlations[factor]),
+            signed(causes.partial_rank_correlations[factor]),
+        ]
+    };
+    order.into_iter().map(row).collect()
+}
+
+/// Explanation of the table.
+pub(super) fn explanation(outcome: &Uncertainty) -> &'static str {
+    if outcome.is_independent {
+        "First-order index: expected share by which the variance falls if the factor becomes known. Total index: \
+         expected share of the variance that remains if all other factors become known; it includes the interactions \
+         of the factor. Brackets: 95 % intervals by sampling error; the upper ends of the indices include the \
+         unexplained variance (beyond pairwise interactions), which may be due to any factor."
+    } else {
+        "The factors are correlated. First-order index: expected share by which the variance falls if the factor \
+         becomes known; it includes the effect of factors correlated with it. Total index: expected share of the \
+         variance that remains if all other factors become known; it excludes that effect. The indices overlap or \
+         leave gaps, and do not sum to one. Brackets: 95 % intervals."
+    }
+}
+
+fn index_with_interval(index: ConfidenceInterval) -> String {
+    let percent = |share: f64| format!("{:.1}", 100.0 * share);
+    if index.value.is_nan() {
+        return "unknown".to_owned();
+    }
+    format!("{} % ({} to {} %)", percent(index.value), percent(index.low), percent(index.high))
+}
+
+/// The indices, if there were enough members and the output varies.
+fn defined_indices(indices: &[ConfidenceInterval]) -> Option<&[ConfidenceInterval]> {
+    indices.iter().any(|index| index.value > 0.0).then_some(indices)
+}

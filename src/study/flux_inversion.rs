@@ -1,0 +1,463 @@
+//! Inverse heat conduction: flux, radiant flux or gas temperature at the hot face through time, from thermocouple
+//! readings.
+//!
+//! The unknown is piecewise linear between knots, with one non-negative variable per knot. All variables are estimated
+//! together by least squares over the whole march (whole-domain estimation: Beck, Blackwell & St Clair, *Inverse Heat
+//! Conduction*, 1985). Conduction delays and damps the signal between face and sensor, so noise limits the resolution
+//! in time. Tikhonov regularisation ([`Smoothing`]) smooths the solution, except across the jumps of the case's own
+//! schedule.
+
+mod heating_quantity;
+mod inversion_problem;
+mod knots;
+mod smoothing;
+
+pub use heating_quantity::HeatingQuantity;
+pub use smoothing::{LCurvePoint, Smoothing, SmoothingCriterion};
+
+use super::sensitivity::difference_step;
+use super::thermocouple_residuals::{Sample, samples};
+use crate::adapt::adapt_monitored;
+use crate::case::{Case, Schedule};
+use crate::ensemble::Ensemble;
+use crate::fit::{Fit, LeastSquares, Options, minimize};
+use crate::march::{March, MarchError};
+use crate::traces::Traces;
+use inversion_problem::InversionProblem;
+use knots::Knots;
+use nalgebra::{DMatrix, DVector};
+use smoothing::{SmoothedFit, select_weight};
+
+/// Settings of a flux inversion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InversionOptions {
+    /// `Scalar` selects the only quantity that heats the case's hot face.
+    pub quantity: Option<HeatingQuantity>,
+    /// Knots in addition to the corners of the case's own schedule, spread over the time in which that schedule heats.
+    pub knots: usize,
+    /// How the regularisation weight is chosen.
+    pub smoothing: Smoothing,
+}
+
+/// The heating found: W/m² for a flux, K for a gas temperature.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct FluxInversion {
+    /// The quantity that was estimated.
+    pub quantity: HeatingQuantity,
+    /// Knot times, s; the heating is linear between them. A jump is two knots at one time.
+    pub times_s: Vec<f64>,
+    /// Value at each knot.
+    pub values: Vec<f64>,
+    /// Standard deviation of each knot value due to measurement noise, at this regularisation weight, with the
+    /// undetermined knots fixed. The bias of the regularisation is not included.
+    pub standard_deviations: Vec<f64>,
+    /// Regularisation bias of each knot value, to first order, computed from the estimated heating; the bias computed
+    /// from the true heating would be larger.
+    pub smoothing_bias: Vec<f64>,
+    /// Value of the case's own schedule at each knot.
+    pub case_values: Vec<f64>,
+    /// Whether a knot is undetermined: its standard deviation exceeds the largest value found.
+    pub undetermined: Vec<bool>,
+    /// Schedule of the whole exposure. After the end of the window it is the case's own schedule, because no data
+    /// constrain it.
+    pub schedule: Schedule,
+    /// Integral over the window: J/m² for a flux, K s for a gas temperature.
+    pub integral: f64,
+    /// Standard deviation of the integral, with the undetermined knots fixed.
+    pub integral_deviation: f64,
+    /// Integral of the case's own schedule.
+    pub case_integral: f64,
+    /// Effective degrees of freedom: the number of knot values that the data determine; regularisation determines the
+    /// others.
+    pub degrees_of_freedom: f64,
+    /// How the regularisation weight was chosen.
+    pub criterion: SmoothingCriterion,
+    /// The selected weight, with its misfit and roughness.
+    pub selected: LCurvePoint,
+    /// Every weight tried, the strongest first.
+    pub l_curve: Vec<LCurvePoint>,
+    /// One entry per sensor with readings.
+    pub sensor_fits: Vec<SensorFit>,
+    /// End of the last sensor window, s: no value is estimated after it.
+    pub end_s: f64,
+    /// Samples used, over all sensors.
+    pub samples: usize,
+    /// Heating schedules marched.
+    pub marches: usize,
+    /// Whether the minimisation ended at a minimum.
+    pub converged: bool,
+    /// Why the minimisation ended, as a clause.
+    pub termination: String,
+}
+
+/// One sensor whose readings were used.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct SensorFit {
+    /// Index into the sensors of the case.
+    pub sensor: usize,
+    /// Times of the readings, s.
+    pub times_s: Vec<f64>,
+    /// Measured minus predicted temperature with the heating found, K.
+    pub residuals_k: Vec<f64>,
+    /// Standard deviation of each reading, K.
+    pub sigma_k: Vec<f64>,
+    /// Root mean square of measured minus predicted temperature, K: with the case's own schedule, and with the heating
+    /// found.
+    pub rms_k: (f64, f64),
+}
+
+/// Why a flux inversion failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InversionError {
+    /// The hot face is held at a temperature.
+    #[error(
+        "the hot face of {case:?} is held at a temperature, so no flux heats it; expected kind = \"heated\" or \
+         \"convective\""
+    )]
+    HeldFace {
+        /// The case.
+        case: String,
+    },
+    /// The case has several heating quantities, and none is selected.
+    #[error(
+        "{case:?} has a {first} and a {second}, which the data cannot separate: give --quantity {first} or \
+         --quantity {second}; the other stays as the case states it"
+    )]
+    AmbiguousQuantity {
+        /// The case.
+        case: String,
+        /// The first of the two.
+        first: &'static str,
+        /// The second of the two.
+        second: &'static str,
+    },
+    /// The case lacks the selected quantity.
+    #[error("--quantity {sought}: {case:?} has none: {reason}")]
+    QuantityMissing {
+        /// The case.
+        case: String,
+        /// The quantity.
+        sought: &'static str,
+        /// The reason.
+        reason: &'static str,
+    },
+    /// The chosen sensors have no samples in their windows.
+    #[error("no data for the inversion: the selected sensors have no samples between {from_s} s and {to_s} s")]
+    NoSamples {
+        /// Start of the window, s.
+        from_s: f64,
+        /// End of the window, s.
+        to_s: f64,
+    },
+    /// There are more knots than samples.
+    #[error("{values} knot values cannot be estimated from {samples} samples; give fewer knots or more data")]
+    TooManyKnots {
+        /// Unknown values.
+        values: usize,
+        /// Samples in the windows.
+        samples: usize,
+    },
+    /// The march with the case's own heating diverged.
+    #[error("the march with the case's own heating failed: a temperature left 0 to 4,000 K or the range of a table")]
+    Diverged,
+    /// The march failed or was cancelled.
+    #[error(transparent)]
+    March(#[from] MarchError),
+}
+
+/// Negligible reduction of the weighted sum of squares: an error of a tenth of a standard error adds so much. At
+/// convergence the sum is about one per sample.
+const NEGLIGIBLE_REDUCTION: f64 = 1e-2;
+
+/// Estimate the heating of the hot face from the sensors and windows that the case selects, with nominal factors.
+///
+/// # Errors
+/// When the hot face lacks the selected quantity, the data are insufficient, or the device fails.
+pub fn invert_flux(
+    case: &Case,
+    march: &mut dyn March,
+    wanted: &InversionOptions,
+) -> Result<FluxInversion, InversionError> {
+    let sought = HeatingQuantity::for_case(case, wanted.quantity)?;
+    let Some(own) = sought.schedule(&case.exposure.hot_face) else {
+        return Err(InversionError::HeldFace { case: case.id.clone() });
+    };
+    let (from_s, to_s) = case.fit_window_s();
+    let end_s = to_s.min(case.exposure.duration_s);
+    let knots = Knots::new(own, sought.unheated_value(), end_s, wanted.knots);
+    let schedule = |values: Vec<f64>| Schedule { times_s: knots.times_s.clone(), values };
+    let on_knots =
+        Case { exposure: sought.with_schedule(&case.exposure, schedule(knots.case_values.clone())), ..case.clone() };
+
+    let plan = adapt_monitored(&on_knots, &march.monitor())?;
+    // Later steps do not affect any reading in the window.
+    let last = plan.instants_s.partition_point(|&instant_s| instant_s <= end_s).saturating_sub(1).max(1);
+    let plan = plan.truncated_at(last);
+    let observed = samples(&on_knots, &plan);
+    let flat = observed.concat();
+    if flat.is_empty() {
+        return Err(InversionError::NoSamples { from_s, to_s });
+    }
+    if flat.len() < knots.times_s.len() {
+        return Err(InversionError::TooManyKnots { values: knots.times_s.len(), samples: flat.len() });
+    }
+
+    let largest = knots.case_values.iter().map(|value| value.abs()).fold(0.0, f64::max);
+    let scale = if largest > 0.0 { largest } else { sought.default_scale() };
+    let roughness = knots.roughness();
+    let difference_step = difference_step(march.backend().precision);
+    let mut problem = InversionProblem {
+        march,
+        quantity: sought,
+        plan: &plan,
+        exposure: &on_knots.exposure,
+        nominal: &Ensemble::nominal(&case.factors),
+        times_s: &knots.times_s,
+        scale,
+        difference_step,
+        samples: &flat,
+        roughness: &roughness,
+        weight: 0.0,
+        bounds: vec![(0.0, f64::INFINITY); knots.times_s.len()],
+        marches: 0,
+    };
+    let start =
+        DVector::from_iterator(knots.case_values.len(), knots.case_values.iter().map(|own| own.max(0.0) / scale));
+    let at_start = problem.tangents(&DMatrix::from_columns(std::slice::from_ref(&start)))?;
+    let tangent = at_start.and_then(|mut tangents| tangents.pop());
+    let tangent = tangent.filter(|tangent| tangent.residuals.iter().all(|residual| residual.is_finite()));
+    let Some(tangent) = tangent else { return Err(InversionError::Diverged) };
+    let alike = tangent.jacobian.norm() / roughness.norm().max(f64::MIN_POSITIVE);
+    let tolerance_reduction = (NEGLIGIBLE_REDUCTION / flat.len() as f64).max(1e-5);
+    let options = Options { trials: 1, tolerance_reduction, tolerance_step: 1e-5, ..Options::default() };
+    let (solved, chosen, rungs) =
+        select_weight(wanted.smoothing, flat.len(), &start, roughness.nrows() > 0, |weight, from| {
+            problem.weight = weight * alike;
+            let fit = minimize(&mut problem, from, &options)?;
+            let data = fit.residuals.rows(0, flat.len());
+            let rms = (data.norm_squared() / flat.len() as f64).sqrt();
+            Ok::<_, MarchError>(SmoothedFit {
+                point: LCurvePoint { weight, rms, roughness: (&roughness * &fit.point).norm() },
+                fit,
+            })
+        })?;
+
+    let fit = &solved.fit;
+    let ends = problem.traces(&DMatrix::from_columns(&[start, fit.point.clone()]))?;
+    let values: Vec<f64> = fit.point.iter().map(|value| value * scale).collect();
+    let known = LinearizedInversion::of(fit, flat.len(), solved.point.rms.max(1.0));
+    let spans_s = DVector::from_vec(knots.trapezoidal_weights_s());
+    let integral = |values: &[f64]| values.iter().zip(&spans_s).map(|(value, span_s)| value * span_s).sum();
+    let traces = observed.iter().filter(|trace| !trace.is_empty());
+    Ok(FluxInversion {
+        quantity: sought,
+        standard_deviations: known.deviations.iter().map(|deviation| deviation * scale).collect(),
+        smoothing_bias: known.smoothing_bias.iter().map(|value| value * scale).collect(),
+        integral: integral(&values),
+        integral_deviation: known.noise_gain.tr_mul(&spans_s).norm() * scale,
+        case_integral: integral(&knots.case_values),
+        degrees_of_freedom: known.degrees_of_freedom,
+        undetermined: known.undetermined,
+        schedule: extended_schedule(&schedule(values.clone()), own, end_s, case.exposure.duration_s),
+        values,
+        case_values: knots.case_values.clone(),
+        times_s: knots.times_s.clone(),
+        criterion: chosen,
+        selected: solved.point,
+        l_curve: rungs,
+        sensor_fits: traces.map(|samples| SensorFit::of(samples, &plan.instants_s, &ends)).collect(),
+        end_s,
+        samples: flat.len(),
+        marches: problem.marches,
+        converged: fit.termination.converged(),
+        termination: fit.termination.to_string(),
+    })
+}
+
+/// The estimated schedule up to its end, then the case's own schedule to the end of the run, with its jumps.
+fn extended_schedule(found: &Schedule, own: &Schedule, end_s: f64, duration_s: f64) -> Schedule {
+    let mut whole = found.clone();
+    if end_s < duration_s {
+        let corners = own.times_s.iter().copied().zip(own.values.iter().copied());
+        let later = corners.filter(|&(time_s, _)| end_s < time_s && time_s < duration_s);
+        let ends = [(end_s, own.after(end_s)), (duration_s, own.before(duration_s))];
+        for (time_s, value) in ends[..1].iter().copied().chain(later).chain(ends[1..].iter().copied()) {
+            whole.times_s.push(time_s);
+            whole.values.push(value);
+        }
+    }
+    whole
+}
+
+impl FluxInversion {
+    /// Half-width of the 95 % interval of a knot value under measurement noise.
+    pub fn half_width(&self, knot: usize) -> f64 {
+        1.96 * self.standard_deviations[knot]
+    }
+}
+
+impl SensorFit {
+    fn of(samples: &[Sample], instants_s: &[f64], ends: &[Traces]) -> Self {
+        let sensor = samples[0].sensor;
+        let off_k = |traces: &Traces| -> Vec<f64> {
+            samples.iter().map(|sample| sample.measured_k - traces.trace(0, sensor)[sample.instant]).collect()
+        };
+        let rms_k = |off_k: &[f64]| (off_k.iter().map(|off| off * off).sum::<f64>() / off_k.len() as f64).sqrt();
+        let [own, found] = [&ends[0], &ends[1]].map(off_k);
+        Self {
+            sensor,
+            times_s: samples.iter().map(|sample| instants_s[sample.instant]).collect(),
+            sigma_k: samples.iter().map(|sample| sample.sigma_k).collect(),
+            rms_k: (rms_k(&own), rms_k(&found)),
+            residuals_k: found,
+        }
+    }
+}
+
+/// The regularised estimate to first order. With J the weighted Jacobian of the data and L the weighted roughness
+/// operator, the estimate is `(JᵀJ + LᵀL)⁻¹ Jᵀ` times the data.
+struct LinearizedInversion {
+    /// Whether the standard deviation of a variable exceeds the largest value found, or neither data nor roughness
+    /// depend on it.
+    undetermined: Vec<bool>,
+    /// Standard deviation of each variable, with the undetermined variables fixed; infinite where nothing depends on
+    /// it.
+    deviations: DVector<f64>,
+    /// Variable × sample: change of each variable per standard deviation of each sample, with the undetermined
+    /// variables fixed.
+    noise_gain: DMatrix<f64>,
+    /// Regularisation bias of each variable, `(JᵀJ + LᵀL)⁻¹ LᵀL` times the estimate; zero for an undetermined variable.
+    smoothing_bias: DVector<f64>,
+    /// Trace of the data part of the hat matrix: the effective degrees of freedom.
+    degrees_of_freedom: f64,
+}
+
+impl LinearizedInversion {
+    /// From a fit whose first rows are the data. `noise` is the ratio of the actual to the stated standard deviations.
+    ///
+    /// A knot may be undetermined: no reading and no roughness depends on it at the estimate, as with a flux of zero
+    /// that blowing blocks. Its standard deviation is unbounded and would spoil every integral over it. So undetermined
+    /// knots are found first, and the others are assessed with these fixed.
+    fn of(fit: &Fit, samples: usize, noise: f64) -> Self {
+        let knots = fit.point.len();
+        let largest = fit.point.amax();
+        let all: Vec<usize> = (0..knots).filter(|&knot| fit.jacobian.column(knot).norm() > 0.0).collect();
+        let free = Self::restricted(fit, &all, samples, noise);
+        let is_determined = |place: usize| free.noise_gain.row(place).norm() <= largest;
+        let kept: Vec<usize> = (0..all.len()).filter(|&place| is_determined(place)).map(|place| all[place]).collect();
+        let mut deviations = DVector::from_element(knots, f64::INFINITY);
+        all.iter().enumerate().for_each(|(place, &knot)| deviations[knot] = free.noise_gain.row(place).norm());
+        let held = Self::restricted(fit, &kept, samples, noise);
+        let mut known = Self {
+            undetermined: vec![true; knots],
+            deviations,
+            noise_gain: DMatrix::zeros(knots, samples),
+            smoothing_bias: DVector::zeros(knots),
+            degrees_of_freedom: held.degrees_of_freedom,
+        };
+        for (place, &knot) in kept.iter().enumerate() {
+            known.undetermined[knot] = false;
+            known.noise_gain.set_row(knot, &held.noise_gain.row(place));
+            known.deviations[knot] = held.noise_gain.row(place).norm();
+            known.smoothing_bias[knot] = held.smoothing_bias[place];
+        }
+        known
+    }
+
+    /// For some of the variables, with the others fixed.
+    fn restricted(fit: &Fit, places: &[usize], samples: usize, noise: f64) -> RestrictedInversion {
+        // Lower limit of a diagonal element, relative to the largest: avoids division by zero for a nearly undetermined
+        // knot.
+        const LEAST: f64 = 1e-12;
+        if places.is_empty() {
+            return RestrictedInversion {
+                noise_gain: DMatrix::zeros(0, samples),
+                smoothing_bias: DVector::zeros(0),
+                degrees_of_freedom: 0.0,
+            };
+        }
+        let jacobian = fit.jacobian.select_columns(places);
+        let decomposed = jacobian.clone().qr();
+        let (q, mut r) = (decomposed.q(), decomposed.r());
+        let least = (LEAST * r.diagonal().amax()).max(f64::MIN_POSITIVE);
+        for knot in 0..r.nrows() {
+            if r[(knot, knot)].abs() < least {
+                r[(knot, knot)] = least;
+            }
+        }
+        let back = |rows: &DMatrix<f64>| {
+            r.solve_upper_triangular(rows)
+                .unwrap_or_else(|| DMatrix::from_element(r.nrows(), rows.ncols(), f64::INFINITY))
+        };
+        let data = q.rows(0, samples).transpose();
+        let rough = q.rows(samples, q.nrows() - samples).transpose();
+        let weighted = fit.jacobian.rows(samples, fit.jacobian.nrows() - samples) * &fit.point;
+        let smoothed = back(&(rough * DMatrix::from_columns(&[weighted])));
+        RestrictedInversion {
+            degrees_of_freedom: data.norm_squared(),
+            noise_gain: back(&data) * noise,
+            smoothing_bias: smoothed.column(0).into_owned(),
+        }
+    }
+}
+
+/// The regularised estimate to first order, for some of the variables.
+struct RestrictedInversion {
+    noise_gain: DMatrix<f64>,
+    smoothing_bias: DVector<f64>,
+    degrees_of_freedom: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Termination;
+
+    /// Two variables, each measured once; the second is also tied to zero with the same weight.
+    #[test]
+    fn smoothing_of_equal_weight_halves_a_variable_and_its_noise() {
+        let jacobian = DMatrix::from_row_slice(3, 2, &[2.0, 0.0, 0.0, 4.0, 0.0, 4.0]);
+        let fit = Fit {
+            point: DVector::from_vec(vec![3.0, 5.0]),
+            objective: 0.0,
+            residuals: DVector::zeros(3),
+            jacobian,
+            path: Vec::new(),
+            evaluations: 0,
+            tangent_evaluations: 0,
+            termination: Termination::Reduction,
+        };
+        let known = LinearizedInversion::of(&fit, 2, 1.0);
+        assert!((known.degrees_of_freedom - 1.5).abs() < 1e-12);
+        assert!((known.noise_gain.row(0).norm() - 0.5).abs() < 1e-12);
+        assert!(
+            (known.noise_gain.row(1).norm() - 0.125).abs() < 1e-12,
+            "half of 0.25, the deviation without smoothing"
+        );
+        assert!(known.smoothing_bias[0].abs() < 1e-12 && (known.smoothing_bias[1] - 2.5).abs() < 1e-12);
+    }
+
+    /// Two variables: one measured, and one without effect on any residual.
+    #[test]
+    fn a_variable_without_effect_is_undetermined_and_widens_no_other() {
+        let fit = Fit {
+            point: DVector::from_vec(vec![3.0, 0.0]),
+            objective: 0.0,
+            residuals: DVector::zeros(3),
+            jacobian: DMatrix::from_row_slice(3, 2, &[2.0, 0.0, 2.0, 0.0, 0.0, 0.0]),
+            path: Vec::new(),
+            evaluations: 0,
+            tangent_evaluations: 0,
+            termination: Termination::Reduction,
+        };
+        let known = LinearizedInversion::of(&fit, 2, 1.0);
+        assert_eq!(known.undetermined, [false, true]);
+        let integral = known.noise_gain.tr_mul(&DVector::from_vec(vec![1.0, 50.0])).norm();
+        assert!((integral - 0.125f64.sqrt()).abs() < 1e-12 && known.deviations[1] == f64::INFINITY);
+    }
+}

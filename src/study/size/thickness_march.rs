@@ -1,0 +1,182 @@
+//! Marches of members at individual thicknesses.
+
+use super::required_thickness::{RequiredThickness, ThicknessSearch};
+use super::scalable_case::ScalableCase;
+use super::{SizeError, SizingRequirement};
+use crate::adapt::adapt_monitored;
+use crate::case::Case;
+use crate::ensemble::Ensemble;
+use crate::march::{March, MarchError, march_all};
+use crate::plan::Plan;
+use crate::study::nominal::Peak;
+use crate::study::uncertainty::{Failure, failure_reason};
+use crate::traces::MemberStatus;
+use std::collections::BTreeMap;
+
+/// The case prepared for marches at any thickness.
+pub(super) struct ThicknessMarch<'a> {
+    pub scalable: ScalableCase,
+    plan: Plan,
+    march: &'a mut dyn March,
+    sensor: usize,
+    limit_k: f64,
+    pub marches: usize,
+}
+
+/// Peak of a member, infinite where it failed, and the reason of the failure.
+pub(super) struct MemberPeak {
+    pub peak: Peak,
+    failed: Option<String>,
+}
+
+/// The required thickness of each member, and the failures.
+pub(super) struct RequiredThicknesses {
+    pub required: Vec<RequiredThickness>,
+    pub failures: Vec<Failure>,
+}
+
+impl<'a> ThicknessMarch<'a> {
+    pub(super) fn new(case: &Case, march: &'a mut dyn March, demand: &SizingRequirement) -> Result<Self, SizeError> {
+        let stretched = ScalableCase::new(case, &demand.ply)?;
+        let plan = adapt_monitored(&stretched.case, &march.monitor())?;
+        Ok(Self { scalable: stretched, plan, march, sensor: demand.sensor, limit_k: demand.limit_k, marches: 0 })
+    }
+
+    /// Peaks of members at their thicknesses, marched as one ensemble.
+    pub(super) fn peaks(
+        &mut self,
+        members: impl Iterator<Item = (Vec<f64>, f64)>,
+    ) -> Result<Vec<MemberPeak>, MarchError> {
+        let rows =
+            members.flat_map(|(factors, thickness_m)| self.scalable.member_factors(&factors, thickness_m)).collect();
+        let ensemble = Ensemble::from_values(self.scalable.case.factors.len(), rows);
+        self.marches += ensemble.len();
+        let mut met = Vec::with_capacity(ensemble.len());
+        march_all(self.march, &self.plan, &ensemble, &mut |traces| {
+            for member in 0..traces.members() {
+                let arrival = &traces.statuses[member];
+                let mut peak = Peak::of(traces.trace(member, self.sensor), &self.plan.instants_s);
+                if *arrival != MemberStatus::Completed {
+                    peak.temperature_k = f64::INFINITY;
+                }
+                met.push(MemberPeak { peak, failed: failure_reason(&self.scalable.case, arrival) });
+            }
+        })?;
+        Ok(met)
+    }
+
+    /// The required thickness of each member, all from one initial thickness. Each iteration marches all unfinished
+    /// members as one ensemble.
+    pub(super) fn required_thicknesses(
+        &mut self,
+        within_m: (f64, f64),
+        members: usize,
+        first_m: f64,
+        curve: &[(f64, Peak)],
+        factors: impl Fn(usize) -> Vec<f64>,
+    ) -> Result<RequiredThicknesses, MarchError> {
+        let mut searches = vec![ThicknessSearch::new(within_m); members];
+        let mut failed: BTreeMap<usize, String> = BTreeMap::new();
+        loop {
+            let open: Vec<usize> = (0..members).filter(|&member| searches[member].found.is_none()).collect();
+            if open.is_empty() {
+                break;
+            }
+            let next = |&member: &usize| {
+                searches[member].next_trial_m(first_m, |at_m, off_k| guess_thickness_m(curve, at_m, off_k))
+            };
+            let thicknesses_m: Vec<f64> = open.iter().map(next).collect();
+            let rows = open.iter().zip(&thicknesses_m).map(|(&member, &thickness_m)| (factors(member), thickness_m));
+            let met = self.peaks(rows)?;
+            for ((&member, &thickness_m), met) in open.iter().zip(&thicknesses_m).zip(met) {
+                searches[member].record(thickness_m, met.peak.temperature_k - self.limit_k);
+                if let Some(reason) = met.failed {
+                    failed.insert(member, reason);
+                }
+            }
+        }
+        let mut failures: Vec<Failure> = Vec::new();
+        for (first, reason) in failed {
+            match failures.iter_mut().find(|failure| failure.reason == reason) {
+                Some(failure) => failure.members += 1,
+                None => failures.push(Failure { reason, members: 1, first }),
+            }
+        }
+        Ok(RequiredThicknesses { required: searches.iter().filter_map(|search| search.found).collect(), failures })
+    }
+}
+
+/// The thickness at which the nominal peak is lower by `lower_k` than at `at_m`, along the nominal curve; the end of
+/// the curve where it is outside.
+pub(super) fn guess_thickness_m(curve: &[(f64, Peak)], at_m: f64, lower_k: f64) -> f64 {
+    let along = |pair: &[(f64, Peak)], value: f64, of: fn(&(f64, Peak)) -> f64, to: fn(&(f64, Peak)) -> f64| {
+        let share = (value - of(&pair[0])) / (of(&pair[1]) - of(&pair[0]));
+        to(&pair[0]) + share * (to(&pair[1]) - to(&pair[0]))
+    };
+    let (thickness, peak) = (|point: &(f64, Peak)| point.0, |point: &(f64, Peak)| point.1.temperature_k);
+    let (first, last) = (&curve[0], &curve[curve.len() - 1]);
+    let here = curve.windows(2).find(|pair| at_m <= pair[1].0);
+    let target_k = here.map_or(peak(last), |pair| along(pair, at_m, thickness, peak)) - lower_k;
+    if target_k >= peak(first) {
+        return first.0;
+    }
+    let there = curve.windows(2).find(|pair| peak(&pair[1]) <= target_k && peak(&pair[0]).is_finite());
+    there.map_or(last.0, |pair| along(pair, target_k, peak, thickness))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scalable_case::with_scaled_plies;
+    use super::*;
+    use crate::march::Precision;
+    use crate::march::cpu::Cpu;
+    use crate::study::nominal::nominal;
+
+    /// Nominal peak of a sensor at a thickness ratio: by the thickness factor, and by a case with scaled plies.
+    fn peaks_k(mut case: Case, group: &str, sensor: &str, ratio: f64) -> (f64, f64) {
+        case.resolution.cells = 64;
+        let sensor = case.sensors.iter().position(|found| found.name == sensor).expect("a sensor of the case");
+        let mut march = Cpu::new(Precision::F64);
+        let demand = SizingRequirement {
+            ply: group.to_owned(),
+            sensor,
+            limit_k: 600.0,
+            probability: 0.9,
+            thickness_range_m: None,
+        };
+        let mut trial = ThicknessMarch::new(&case, &mut march, &demand).expect("a ply of the case");
+        let (drawn_m, plies) = (trial.scalable.case_thickness_m, trial.scalable.plies.clone());
+        let row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+        let met = trial.peaks(std::iter::once((row, ratio * drawn_m))).expect("a march");
+        let anew = with_scaled_plies(&case, &plies, ratio);
+        let again = nominal(&anew, &Plan::new(&anew), &mut march).expect("a march");
+        (met[0].peak.temperature_k, again.peaks[sensor].temperature_k)
+    }
+
+    #[test]
+    fn scaling_by_a_factor_equals_scaling_the_layup_for_sensors_behind_and_within() {
+        let lcat = || Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
+        for (group, sensor, ratio) in
+            [("INS", "TC4", 1.6), ("INS", "TC3", 1.6), ("INS1", "TC4", 0.5), ("GB", "TC4", 2.0)]
+        {
+            let (stretched_k, drawn_k) = peaks_k(lcat(), group, sensor, ratio);
+            // The two grids distribute 64 cells differently: half a kelvin.
+            assert!((stretched_k - drawn_k).abs() < 0.5, "{group} {sensor}: {stretched_k} and {drawn_k}");
+        }
+        let mut within = lcat();
+        within.sensors[2].depth_m = 2.5e-3;
+        let anew = with_scaled_plies(&within, &[2, 3], 2.0);
+        assert!((anew.sensors[2].depth_m - (1.02e-3 + 2.0 * 1.48e-3)).abs() < 1e-12);
+        assert_eq!(anew.sensors[3].depth_m, anew.layup.faces_m()[3], "a sensor on an interface stays on it");
+        assert_eq!(anew.sensors[0].depth_m, within.sensors[0].depth_m, "a sensor ahead of the ply does not move");
+    }
+
+    #[test]
+    fn a_guess_follows_the_curve_and_ends_with_it() {
+        let peak = |temperature_k| Peak { temperature_k, time_s: 0.0 };
+        let curve = [(1.0, peak(f64::INFINITY)), (2.0, peak(900.0)), (3.0, peak(700.0)), (4.0, peak(600.0))];
+        assert!((guess_thickness_m(&curve, 2.5, 100.0) - 3.0).abs() < 1e-12);
+        assert!((guess_thickness_m(&curve, 4.0, -50.0) - 3.5).abs() < 1e-12);
+        assert_eq!((guess_thickness_m(&curve, 3.0, 400.0), guess_thickness_m(&curve, 3.0, f64::INFINITY)), (4.0, 4.0));
+    }
+}

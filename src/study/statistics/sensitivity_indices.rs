@@ -1,0 +1,226 @@
+//! Global sensitivity of an output to each factor: correlations, rank correlations, and Sobol indices.
+
+use super::interval::ConfidenceInterval;
+use super::polynomial_chaos::{PolynomialChaos, SobolIndices};
+use super::{Accumulator, GRADE_QUANTA, chunk_len};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Sensitivity indices of one output; each vector has one entry per factor.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct SensitivityIndices {
+    /// Pearson correlation (the paper's Eq. 13): linear dependence.
+    pub correlations: Vec<ConfidenceInterval>,
+    /// Spearman rank correlation: monotonic dependence.
+    pub rank_correlations: Vec<ConfidenceInterval>,
+    /// Partial rank correlation (PRCC): the linear effect of the other factors' ranks is removed from both.
+    pub partial_rank_correlations: Vec<ConfidenceInterval>,
+    /// Squared correlations normalised to a sum of one; zero where nothing varies.
+    pub shares: Vec<f64>,
+    /// First-order Sobol indices: fraction of the variance removed by knowing the factor.
+    pub first: Vec<ConfidenceInterval>,
+    /// Total Sobol indices: fraction of the variance that remains when all other factors are known, up to pairwise
+    /// interactions.
+    pub total: Vec<ConfidenceInterval>,
+    /// Fraction of the variance beyond pairwise interactions. It may belong to any index.
+    pub unexplained: f64,
+}
+
+impl Accumulator {
+    /// Sensitivity indices of every output. For correlated factors the indices are as defined in `polynomial_chaos.rs`.
+    ///
+    /// Confidence intervals of correlations assume independent members; stratified or quasi-random members scatter
+    /// less.
+    pub fn sensitivity_indices(&self, are_independent: bool) -> Vec<SensitivityIndices> {
+        let expansion = PolynomialChaos::new(self, are_independent);
+        let ranks = RankCorrelations::new(self);
+        let each = chunk_len(self.outputs.len());
+        let stretches = self.outputs.par_chunks(each).zip((0..self.outputs.len()).step_by(each).collect::<Vec<_>>());
+        let causes = stretches.flat_map_iter(|(outputs, first)| {
+            let indices = match &expansion {
+                Some(expansion) => expansion.indices(outputs),
+                None => vec![SobolIndices::unknown(self.factors()); outputs.len()],
+            };
+            indices.into_iter().zip(first..).map(|(indices, output)| self.output_indices(output, indices, &ranks))
+        });
+        causes.collect()
+    }
+
+    fn output_indices(&self, output: usize, indices: SobolIndices, ranks: &RankCorrelations) -> SensitivityIndices {
+        let (members, others) = (self.members as f64, self.factors().saturating_sub(1) as f64);
+        let factors = 0..self.factors();
+        let correlations = factors
+            .clone()
+            .map(|factor| ConfidenceInterval::correlation(self.correlation(output, factor), members, 1.0));
+        let ranked = ranks.correlations(self, output);
+        let partial = ranks.partial(&ranked);
+        let SobolIndices { first, total, unexplained: rest } = indices;
+        SensitivityIndices {
+            correlations: correlations.collect(),
+            rank_correlations: ranked
+                .iter()
+                .map(|&value| ConfidenceInterval::rank_correlation(value, members))
+                .collect(),
+            partial_rank_correlations: partial
+                .map(|value| ConfidenceInterval::rank_correlation(value, members - others))
+                .collect(),
+            shares: factors.map(|factor| self.squared_correlation_share(output, factor)).collect(),
+            first,
+            total,
+            unexplained: rest,
+        }
+    }
+}
+
+/// Rank correlations. The rank of a factor is its grade, the value of its distribution function; it needs no sorting
+/// and differs from the sample rank by chance alone. The rank of an output is the centre of its bin.
+struct RankCorrelations {
+    means: Vec<f64>,
+    deviations: Vec<f64>,
+    /// Inverse of the rank correlations among the factors; `Scalar` where the matrix is singular.
+    inverse: Option<DMatrix<f64>>,
+}
+
+impl RankCorrelations {
+    fn new(tally: &Accumulator) -> Self {
+        let members = tally.members as f64;
+        let means: Vec<f64> = tally.grades.iter().map(|sums| sums[0] as f64 / members / GRADE_QUANTA).collect();
+        let product = |a: usize, b: usize| {
+            let sum = tally.grades[a.max(b)][1 + a.min(b)] as f64;
+            sum / members / GRADE_QUANTA / GRADE_QUANTA - means[a] * means[b]
+        };
+        let deviations: Vec<f64> = (0..means.len()).map(|factor| product(factor, factor).max(0.0).sqrt()).collect();
+        let correlations = DMatrix::from_fn(means.len(), means.len(), |a, b| {
+            let both = deviations[a] * deviations[b];
+            if a == b { 1.0 } else { ratio_or_zero(product(a, b), both) }
+        });
+        let inverse = correlations.cholesky().map(|factored| factored.inverse());
+        Self { means, deviations, inverse }
+    }
+
+    /// Spearman correlation of an output with each factor; zero where either is constant.
+    fn correlations(&self, tally: &Accumulator, output: usize) -> Vec<f64> {
+        let members = tally.members as f64;
+        let mut products = vec![0.0; self.means.len()];
+        let (mut below, mut squares) = (0.0, 0.0);
+        for bin in tally.outputs[output].rank_histogram.bins() {
+            let count = bin[0] as f64;
+            let rank = (below + count / 2.0) / members - 0.5;
+            squares += count * rank * rank;
+            for ((product, &sum), mean) in products.iter_mut().zip(&bin[1..]).zip(&self.means) {
+                *product += rank * (sum as f64 / GRADE_QUANTA - count * mean);
+            }
+            below += count;
+        }
+        let deviation = (squares * members).sqrt();
+        let each = products.iter().zip(&self.deviations);
+        each.map(|(product, factor)| ratio_or_zero(*product, deviation * factor).clamp(-1.0, 1.0)).collect()
+    }
+
+    /// Partial rank correlations, with the ranks of the other factors regressed out.
+    fn partial(&self, correlations: &[f64]) -> impl Iterator<Item = f64> {
+        let ranked = DVector::from_column_slice(correlations);
+        let slopes = self.inverse.as_ref().map(|inverse| (inverse.diagonal(), inverse * &ranked));
+        let left = slopes.as_ref().map_or(0.0, |(_, slopes)| (1.0 - ranked.dot(slopes)).max(0.0));
+        (0..correlations.len()).map(move |factor| match &slopes {
+            Some((diagonal, slopes)) => {
+                ratio_or_zero(slopes[factor], (diagonal[factor] * left + slopes[factor].powi(2)).sqrt())
+            }
+            None => f64::NAN,
+        })
+    }
+}
+
+/// A ratio; zero for a zero denominator.
+fn ratio_or_zero(of: f64, to: f64) -> f64 {
+    if to > 0.0 { of / to } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ensemble::{Marginal, SamplingKind};
+
+    /// Members of a Weyl sequence, and an output that depends strongly on the first factor and weakly on the second.
+    fn rows(members: u32) -> Vec<([f64; 3], f64)> {
+        let row = |member: u32| {
+            let [a, b, c] =
+                [0.618_033_988_75, 0.414_213_562_37, 0.732_050_807_57].map(|s| (f64::from(member + 1) * s).fract());
+            // The third factor is correlated with the first and has no effect.
+            let factors = [a, b, (0.6 * a + 0.4 * c).clamp(0.0, 1.0)];
+            (factors, 300.0 + 40.0 * (4.0 * a).exp() - 900.0 * b * b)
+        };
+        (0..members).map(row).collect()
+    }
+
+    fn ranked(values: &[f64]) -> Vec<f64> {
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let mut ranks = vec![0.0; values.len()];
+        order.iter().enumerate().for_each(|(rank, &place)| ranks[place] = rank as f64);
+        ranks
+    }
+
+    fn pearson(a: &[f64], b: &[f64]) -> f64 {
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let product = |a: &[f64], b: &[f64]| {
+            let (centre, other) = (mean(a), mean(b));
+            a.iter().zip(b).map(|(one, two)| (one - centre) * (two - other)).sum::<f64>()
+        };
+        product(a, b) / (product(a, a) * product(b, b)).sqrt()
+    }
+
+    /// Residuals of a linear regression on other variables.
+    fn left(values: &[f64], others: &[&[f64]]) -> Vec<f64> {
+        let design =
+            DMatrix::from_fn(
+                values.len(),
+                others.len() + 1,
+                |row, column| {
+                    if column == 0 { 1.0 } else { others[column - 1][row] }
+                },
+            );
+        let values = DVector::from_column_slice(values);
+        let slopes = (design.transpose() * &design).cholesky().expect("regular").solve(&(design.transpose() * &values));
+        (values - design * slopes).as_slice().to_vec()
+    }
+
+    #[test]
+    fn rank_correlations_equal_those_of_the_sorted_members() {
+        let rows = rows(3000);
+        let marginals: Vec<Marginal> = (0..3).map(|_| Marginal::new(0.5, (0.0, 1.0), SamplingKind::Uniform)).collect();
+        let mut tally = Accumulator::new(&[500.0], &marginals);
+        rows.iter().for_each(|(factors, output)| tally.add(&[*output], factors));
+        let causes = tally.sensitivity_indices(false).remove(0);
+        let output = ranked(&rows.iter().map(|row| row.1).collect::<Vec<f64>>());
+        let factors: Vec<Vec<f64>> =
+            (0..3).map(|factor| ranked(&rows.iter().map(|row| row.0[factor]).collect::<Vec<f64>>())).collect();
+        for factor in 0..3 {
+            let others: Vec<&[f64]> =
+                (0..3).filter(|&other| other != factor).map(|other| &factors[other][..]).collect();
+            let plain = pearson(&factors[factor], &output);
+            let partial = pearson(&left(&factors[factor], &others), &left(&output, &others));
+            let (found, apart) = (causes.rank_correlations[factor], causes.partial_rank_correlations[factor]);
+            // Tolerance for binned ranks, and for grades of a factor whose sample differs from its stated distribution.
+            assert!((found.value - plain).abs() < 0.005, "{found:?}, not {plain}");
+            assert!((apart.value - partial).abs() < 0.02, "{apart:?}, not {partial}");
+        }
+        assert!(causes.rank_correlations[2].value > 0.5, "the third is correlated with the first");
+        assert!(causes.partial_rank_correlations[2].value.abs() < 0.1, "and has no effect itself");
+    }
+
+    #[test]
+    fn the_interval_of_a_correlation_is_from_fishers_transform() {
+        let half = ConfidenceInterval::correlation(0.5, 103.0, 1.0);
+        // atanh 0.5 = 0.549306; 1.96 times a tenth on either side.
+        assert!((half.low - 0.339).abs() < 1e-3 && (half.high - 0.632).abs() < 1e-3, "{half:?}");
+        assert_eq!(
+            ConfidenceInterval::correlation(1.0, 50.0, 1.0),
+            ConfidenceInterval { value: 1.0, low: 1.0, high: 1.0 }
+        );
+        let few = ConfidenceInterval::correlation(0.9, 3.0, 1.0);
+        assert_eq!((few.low, few.high), (-1.0, 1.0));
+    }
+}

@@ -1,0 +1,77 @@
+//! Serialisation of an accumulator as integers, without loss of a bit.
+
+use super::Accumulator;
+use super::output::OutputSums;
+use super::sums::Sums;
+use crate::ensemble::Marginal;
+
+impl Accumulator {
+    /// The content as integers: members and excluded members; per factor its sum, its sum of squares, the sum of its
+    /// grades and of their products with those of the factors up to it; per function the sums of its products with
+    /// those up to it; per output its sum, its sum of squares, its products with each factor, the bits of its minimum
+    /// and maximum, its products with each function, the histogram of its ranks, and that of its values.
+    pub fn to_integers(&self) -> Vec<i128> {
+        let mut numbers = vec![self.members as i128, self.excluded as i128];
+        numbers.extend(self.factors.iter().flat_map(|sums| [sums.sum, sums.squares]));
+        numbers.extend(self.grades.iter().flatten());
+        numbers.extend(self.gram.iter().flatten());
+        for output in &self.outputs {
+            numbers.extend([output.sums.sum, output.sums.squares]);
+            numbers.extend(&output.cross_products);
+            numbers.extend([output.min, output.max].map(|value| i128::from(value.to_bits())));
+            numbers.extend(&output.moments);
+            numbers.extend(output.rank_histogram.to_integers().chain(output.histogram.to_integers()));
+        }
+        numbers
+    }
+
+    /// Restore from [`to_integers`](Self::to_integers) and the references; `Scalar` where they do not fit: too few, too
+    /// many, or counts that do not add up to the members.
+    pub fn from_integers(reference: &[f64], marginals: &[Marginal], numbers: &[i128]) -> Option<Self> {
+        let mut tally = Self::new(reference, marginals);
+        let mut numbers = numbers.iter().copied();
+        tally.members = usize::try_from(numbers.next()?).ok()?;
+        tally.excluded = usize::try_from(numbers.next()?).ok()?;
+        let members = tally.members as u64;
+        for sums in &mut tally.factors {
+            *sums = Sums { sum: numbers.next()?, squares: numbers.next()? };
+        }
+        for sum in tally.grades.iter_mut().chain(&mut tally.gram).flatten() {
+            *sum = numbers.next()?;
+        }
+        // The first function is the constant: its square is summed over every member.
+        let counted = tally.gram[0][0] == tally.members as i128 * CONSTANT * CONSTANT;
+        for output in &mut tally.outputs {
+            let OutputSums {
+                sums,
+                cross_products: crossed,
+                min: low,
+                max: high,
+                histogram,
+                rank_histogram: ranked,
+                moments,
+            } = output;
+            *sums = Sums { sum: numbers.next()?, squares: numbers.next()? };
+            crossed.iter_mut().try_for_each(|sum| numbers.next().map(|number| *sum = number))?;
+            (*low, *high) = (bits(&mut numbers)?, bits(&mut numbers)?);
+            moments.iter_mut().try_for_each(|sum| numbers.next().map(|number| *sum = number))?;
+            *ranked = ranked.clone().restored(&mut numbers, members)?;
+            *histogram = histogram.clone().restored(&mut numbers, members)?;
+        }
+        (counted && numbers.next().is_none()).then_some(tally)
+    }
+}
+
+impl Accumulator {
+    /// [`from_integers`](Self::from_integers), with the references of this accumulator.
+    pub fn restored_from(&self, numbers: &[i128]) -> Option<Self> {
+        Self::from_integers(&self.reference, self.basis.marginals(), numbers)
+    }
+}
+
+/// The constant function, in quanta.
+const CONSTANT: i128 = super::basis::QUANTA as i128;
+
+fn bits(numbers: &mut dyn Iterator<Item = i128>) -> Option<f64> {
+    u64::try_from(numbers.next()?).ok().map(f64::from_bits)
+}

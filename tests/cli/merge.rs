@@ -1,0 +1,157 @@
+//! Parts of a sweep and their merging; memory does not grow with the number of members.
+
+use super::input_errors::refused;
+use super::{CASE, command, decomposing_case, run, run_args, wait_for};
+use crate::support::{MEMORY_KIB, Scratch};
+use serde_json::Value;
+
+/// Compute parts of a sweep of `c`, each on another number of threads. Returns their files.
+fn pieces(scratch: &Scratch, sweep: &str, cuts: &[(usize, usize)]) -> Vec<String> {
+    let piece = |(index, &(first, end)): (usize, &(usize, usize))| {
+        let line = format!("uncertainty c {sweep} --members {first}..{end} --out p --quiet");
+        let mut command = command(scratch);
+        command.env("RAYON_NUM_THREADS", (1 + index % 3).to_string());
+        let ran = wait_for(command.args(line.split_whitespace())).succeeded();
+        let file = format!("p/c-{first}-{end}.json");
+        assert!(
+            ran.stdout.contains(&file) && ran.stdout.contains(&format!("members {first}..{end}")),
+            "{}",
+            ran.stdout
+        );
+        file
+    };
+    cuts.iter().enumerate().map(piece).collect()
+}
+
+/// The summary of a report without command, times and backend, and its tables.
+fn results(scratch: &Scratch, folder: &str) -> (Value, Vec<String>) {
+    let mut summary: Value = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
+    for key in ["command", "seconds", "backend"] {
+        assert!(summary.as_object_mut().expect("an object").remove(key).is_some(), "no {key}");
+    }
+    let tables = ["percentiles.csv", "shares.csv", "traces.csv"];
+    (summary, tables.iter().map(|table| scratch.read(&format!("{folder}/{table}"))).collect())
+}
+
+#[test]
+fn parts_merged_in_any_order_give_the_numbers_of_one_sweep_to_the_last_digit() {
+    let scratch = Scratch::new("pieces");
+    // Some members of the last sweep are so hot that they fail.
+    let melting = CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 400]", 1);
+    for (case, sweep) in [
+        (CASE.to_owned(), "-n 300 --sampling lhs --seed 7"),
+        (decomposing_case(), "-n 60 --sampling sobol --backend gpu"),
+        (CASE.to_owned() + "\n[[correlation]]\nfactors = [\"f_q\", \"f_k\"]\nvalue = -0.7\n", "-n 100 --seed 3"),
+        (melting, "-n 80 --sampling uniform --set pressure=1kPa"),
+    ] {
+        scratch.write("c/case.toml", case);
+        let members: usize = sweep.split(' ').nth(1).and_then(|n| n.parse().ok()).expect("members");
+        run(&scratch, &format!("uncertainty c {sweep} --max-failed {members} --out whole --quiet")).succeeded();
+        let files = pieces(&scratch, sweep, &[(members / 2, members), (0, 1), (1, members / 2)]);
+        run(&scratch, &format!("merge {} --out merged --max-failed {members}", files.join(" "))).succeeded();
+        let (whole, merged) = (results(&scratch, "whole"), results(&scratch, "merged"));
+        assert_eq!(whole, merged, "{sweep}");
+        assert_eq!(merged.0["members"]["requested"], members);
+        let page = scratch.read("merged/report.html");
+        assert!(page.contains("Distribution of the peak temperatures"), "the page has its figures");
+    }
+    assert!(results(&scratch, "merged").0["members"]["failed"].as_u64().is_some_and(|failed| failed > 10));
+    let files = "p/c-0-1.json p/c-1-40.json p/c-40-80.json";
+    run(&scratch, &format!("merge {files} --max-failed 5")).exited_with(1).with_stderr(&["more than the allowed 5"]);
+}
+
+#[test]
+fn files_that_are_not_all_parts_of_one_sweep_are_refused_and_nothing_is_written() {
+    let scratch = Scratch::new("pieces-refused");
+    scratch.write("c/case.toml", CASE);
+    let cuts = [(0, 20), (20, 40), (30, 60), (50, 60)];
+    pieces(&scratch, "-n 60", &cuts);
+    let p = |first: usize, end: usize| format!("p/c-{first}-{end}.json");
+    let other = |sweep: &str, name: &str| {
+        run(&scratch, &format!("uncertainty c {sweep} --members 20..60 --out q --quiet")).succeeded();
+        std::fs::rename(scratch.path().join("q/c-20-60.json"), scratch.path().join(name)).expect("a piece");
+        name.to_owned()
+    };
+    let version = format!("\"bondline\":{:?}", env!("CARGO_PKG_VERSION"));
+    assert!(scratch.read(&p(20, 40)).contains(&version), "no version in the file");
+    scratch.write("old.json", scratch.read(&p(20, 40)).replacen(&version, "\"bondline\":\"0.0.9\"", 1));
+    let refusals = [
+        (vec![p(0, 20), p(20, 40), p(30, 60)], "members 30..60 overlap another part, which ends at 40"),
+        (vec![p(0, 20), p(0, 20), p(20, 40)], "members 0..20 overlap another part, which ends at 20"),
+        (vec![p(20, 40), p(0, 20), p(50, 60)], "no file has members 40..50 of all 60"),
+        (vec![p(0, 20), p(20, 40)], "no file has members 40..60 of all 60"),
+        (vec![p(20, 40), p(30, 60)], "no file has members 0..20 of all 60"),
+        (vec![p(0, 20), other("-n 60 --seed 2", "seed.json")], "their samples differ, 60 members by normal, seed 2"),
+        (vec![p(0, 20), other("-n 61", "drawn.json")], "their samples differ, 61 members by normal, seed 1"),
+        (vec![p(0, 20), other("-n 60 --precision f32", "f32.json")], "their backends differ, cpu f32 and cpu f64"),
+        (vec![p(0, 20), other("-n 60 --set pressure=1kPa", "set.json")], "their cases differ, c ("),
+        (vec![p(0, 20), "old.json".to_owned()], "made by bondline 0.0.9, expected"),
+        (vec!["c/case.toml".to_owned()], "c/case.toml\": not a piece file of `uncertainty --members`"),
+        (vec!["p/none.json".to_owned()], "p/none.json\": no such file"),
+        (vec!["p".to_owned()], "p\": is a folder: expected a file"),
+    ];
+    let given = scratch.files().len();
+    for (files, said) in refusals {
+        let words: Vec<&str> = ["merge"].into_iter().chain(files.iter().map(String::as_str)).collect();
+        refused(&scratch, run_args(&scratch, &words), given, &[said]);
+    }
+}
+
+#[test]
+fn a_damaged_part_or_a_changed_case_is_refused() {
+    let scratch = Scratch::new("pieces-case");
+    scratch.write("c/case.toml", CASE);
+    let line = format!("merge {}", pieces(&scratch, "-n 20", &[(0, 20)])[0]);
+    let piece = scratch.read("p/c-0-20.json");
+    let damages = [
+        ("\"numbers\":[20,", "\"numbers\":[19,"),
+        ("\"sampling\":\"normal\"", "\"sampling\":\"dice\""),
+        ("\"kept\":{\"0\":[", "\"kept\":{\"9999\":["),
+        ("\"below_k\":[", "\"below_k\":[0.1,"),
+    ];
+    for (from, to) in damages {
+        assert!(piece.contains(from), "no {from} in the piece");
+        scratch.write("p/c-0-20.json", piece.replacen(from, to, 1));
+        refused(&scratch, run(&scratch, &line), 2, &["p/c-0-20.json: damaged"]);
+    }
+    scratch.write("p/c-0-20.json", piece);
+    scratch.write("c/case.toml", CASE.replacen("3 mm", "4 mm", 1));
+    refused(&scratch, run(&scratch, &line), 2, &["is not the case of this file", "it has changed since"]);
+    scratch.write("there/c/case.toml", CASE);
+    run(&scratch, &format!("{line} --case there/c --json")).succeeded();
+}
+
+#[test]
+fn an_invalid_range_of_members_is_refused_with_the_expected_form() {
+    let scratch = Scratch::new("pieces-typed");
+    scratch.write("c/case.toml", CASE);
+    for (members, said) in [
+        ("5", "--members \"5\": expected FIRST..END such as 0..2500"),
+        ("a..b", "--members \"a..b\": expected FIRST..END"),
+        ("20..10", "expected a first member before the end"),
+        ("90..101", "an end no higher than the 100 drawn (-n), found 90 and 101"),
+    ] {
+        refused(&scratch, run(&scratch, &format!("uncertainty c -n 100 --members {members}")), 1, &[said]);
+    }
+    refused(&scratch, run(&scratch, "uncertainty c --members 0..9 --json"), 1, &["cannot be used with"]);
+}
+
+/// 100,000 members under a memory limit that is smaller than their temperatures: ten sensors at 41 instants take 3.3 kB
+/// per member.
+#[test]
+fn a_sweep_does_not_store_the_temperatures_of_its_members() {
+    let scratch = Scratch::new("memory");
+    let more: Vec<String> = (1..9).map(|n| format!("[[sensor]]\nname = \"D{n}\"\ndepth = \"0.{n} mm\"\n")).collect();
+    let coarse = CASE.replacen("cells = 16", "cells = 8\nlargest_step = \"4 s\"\ngrowth = 1.0", 1);
+    scratch.write("c/case.toml", coarse.replacen("[hot_face]", &(more.concat() + "\n[hot_face]"), 1));
+    let members = 100_000;
+    assert!(members * 10 * 41 * 8 > MEMORY_KIB * 1024, "the limit is larger than all temperatures");
+    // The number of threads is fixed, as each reserves an arena of the allocator and a stack.
+    let line = format!(
+        "ulimit -v {MEMORY_KIB} && RAYON_NUM_THREADS=2 MALLOC_ARENA_MAX=1 exec {} uncertainty c -n {members} --backend cpu --json",
+        env!("CARGO_BIN_EXE_bondline")
+    );
+    let mut shell = std::process::Command::new("bash");
+    let ran = wait_for(shell.current_dir(scratch.path()).args(["-c", &line])).succeeded();
+    assert_eq!(ran.json()["members"]["ok"], members);
+}
