@@ -35,7 +35,7 @@ fn tangents(march: &mut dyn March, case: &Case, times: f64) -> Traces {
     let computed = march.tangents(&Plan::new(case), &Ensemble::from_values(point.len(), point), &factors);
     let computed = computed.expect("it marches").expect("it gives derivatives");
     assert!(
-        computed.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
+        computed.statuses.iter().all(|status| *status == MemberStatus::Completed),
         "{}: {:?}",
         case.name(),
         computed.statuses
@@ -65,7 +65,7 @@ fn differences(case: &Case) -> Vec<Vec<f64>> {
     let ensemble = Ensemble::from_values(nominal.len(), rows.flatten().collect());
     let marched = Cpu::new(Precision::F64).march(&plan, &ensemble, 0..ensemble.len()).expect("it marches");
     assert!(
-        marched.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
+        marched.statuses.iter().all(|status| *status == MemberStatus::Completed),
         "{}: {:?}",
         case.name(),
         marched.statuses

@@ -135,7 +135,7 @@ fn run(scratch: &Scratch, command: &str) -> (String, i32) {
 
 /// Runs the commands of a block; returns complaints and the renewed text.
 fn checked(scratch: &Scratch, page: &str, block: &Block) -> (Vec<String>, String) {
-    let wanted: i32 = block.option("exit").map_or(0, |code| code.parse().expect("exit=CODE"));
+    let requested: i32 = block.option("exit").map_or(0, |code| code.parse().expect("exit=CODE"));
     let (mut complaints, mut renewed) = (Vec::new(), String::new());
     for step in steps(&block.body) {
         let (found, code) = run(scratch, &step.command);
@@ -145,8 +145,8 @@ fn checked(scratch: &Scratch, page: &str, block: &Block) -> (Vec<String>, String
         if !is_right {
             complaints.push(format!("{place}\nshown:\n{}found:\n{found}", step.output));
         }
-        if code != wanted {
-            complaints.push(format!("{place}\nended with code {code}, not {wanted}"));
+        if code != requested {
+            complaints.push(format!("{place}\nended with code {code}, not {requested}"));
         }
     }
     (complaints, renewed)

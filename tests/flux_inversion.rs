@@ -102,8 +102,8 @@ fn integral(schedule: &Schedule) -> f64 {
 
 /// Check that the integral is within three standard deviations, themselves small, and the largest value within 5 %.
 #[track_caller]
-fn is_recovered(found: &FluxInversion, sought: HeatingQuantity, truth: &Schedule) {
-    assert!(found.converged && found.quantity == sought, "{:?}: {}", found.quantity, found.termination);
+fn is_recovered(found: &FluxInversion, quantity: HeatingQuantity, truth: &Schedule) {
+    assert!(found.converged && found.quantity == quantity, "{:?}: {}", found.quantity, found.termination);
     let (off, deviation) = (found.integral - integral(truth), found.integral_deviation);
     assert!(off.abs() < 3.0 * deviation, "off by {off} of {}, ± {deviation}", found.integral);
     assert!(deviation < FLUENCE_ERROR * found.integral, "± {deviation} of {}", found.integral);
@@ -146,12 +146,12 @@ fn of_two_heating_quantities_the_selected_one_is_estimated_and_without_a_selecti
     };
     let truth = scaled(&own, 1.1);
     let case = observed(both(&own), both(&truth), 1.0, 1);
-    let wanted = |sought| InversionOptions { quantity: sought, knots: 8, smoothing: Smoothing::Discrepancy };
-    let fault = invert_flux(&case, &mut march(), &wanted(None)).expect_err("two sources");
+    let requested = |sought| InversionOptions { quantity: sought, knots: 8, smoothing: Smoothing::Discrepancy };
+    let fault = invert_flux(&case, &mut march(), &requested(None)).expect_err("two sources");
     assert!(fault.to_string().contains("give --quantity flux or --quantity radiant-flux"), "{fault}");
-    let found = invert_flux(&case, &mut march(), &wanted(Some(HeatingQuantity::Flux))).expect("a history");
+    let found = invert_flux(&case, &mut march(), &requested(Some(HeatingQuantity::Flux))).expect("a history");
     is_recovered(&found, HeatingQuantity::Flux, &truth);
-    let fault = invert_flux(&case, &mut march(), &wanted(Some(HeatingQuantity::Gas))).expect_err("no film");
+    let fault = invert_flux(&case, &mut march(), &requested(Some(HeatingQuantity::Gas))).expect_err("no film");
     assert!(matches!(fault, InversionError::QuantityMissing { .. }), "{fault}");
 }
 

@@ -276,9 +276,9 @@ pub(crate) fn all_numbers(traces: &Traces) -> Vec<f64> {
 /// Count of numbers that are not bit-identical, and of members whose status differs.
 pub(crate) fn count_differences(one: &Traces, other: &Traces) -> usize {
     let (a, b) = (all_numbers(one), all_numbers(other));
-    let arrivals = one.statuses.iter().zip(&other.statuses).filter(|(a, b)| a != b).count();
+    let statuses = one.statuses.iter().zip(&other.statuses).filter(|(a, b)| a != b).count();
     let odd = a.len().abs_diff(b.len()) + one.statuses.len().abs_diff(other.statuses.len());
-    odd + arrivals + a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+    odd + statuses + a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
 }
 
 /// Largest temperature difference, K; infinite if the status of a member differs or a number is NaN.

@@ -46,8 +46,8 @@ fn tangents(march: &mut dyn March, plan: &Plan, points: &Ensemble, factors: &[us
 /// kernel omits.
 fn differing(one: &Traces, other: &Traces) -> usize {
     let (a, b) = (all_numbers(one), all_numbers(other));
-    let arrivals = usize::from(one.statuses != other.statuses);
-    arrivals + a.len().abs_diff(b.len()) + a.iter().zip(&b).filter(|(a, b)| a != b).count()
+    let statuses = usize::from(one.statuses != other.statuses);
+    statuses + a.len().abs_diff(b.len()) + a.iter().zip(&b).filter(|(a, b)| a != b).count()
 }
 
 fn off(march: &mut dyn March, case: &bondline::Case) -> f64 {
@@ -136,9 +136,9 @@ fn tangents_of_a_diverged_member_have_its_status() {
     let on_cpu = tangents(&mut Cpu::new(Precision::F64), &plan(&case), &points, &[0, 1]);
     let on_device = tangents(&mut *locked(&SINGLE), &plan(&case), &points, &[0, 1]);
     for traces in [on_cpu, on_device] {
-        assert!(traces.statuses[..3].iter().all(|arrival| *arrival == MemberStatus::Completed));
+        assert!(traces.statuses[..3].iter().all(|status| *status == MemberStatus::Completed));
         assert!(traces.statuses[3] != MemberStatus::Completed);
-        assert!(traces.statuses[3..].iter().all(|arrival| *arrival == traces.statuses[3]));
+        assert!(traces.statuses[3..].iter().all(|status| *status == traces.statuses[3]));
     }
 }
 

@@ -260,10 +260,10 @@ impl Decomposition {
             residue.check(&at);
         }
         let (count, found) = (self.reactions.len(), self.residues.len());
-        let wanted = self.scheme.intermediate_count(count) + 1;
-        if found != wanted {
+        let requested = self.scheme.intermediate_count(count) + 1;
+        if found != requested {
             let sequence = self.scheme.key();
-            residues.error(format!("expected {wanted} residues of {count} reactions ({sequence}), found {found}"));
+            residues.error(format!("expected {requested} residues of {count} reactions ({sequence}), found {found}"));
         }
         if let PyrolysisHeat::AbsoluteEnthalpies { virgin_j_kg, residues_j_kg, reference_k } = &self.heat {
             let at = at.child("heat");

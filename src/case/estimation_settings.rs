@@ -100,8 +100,8 @@ impl EstimationSettings {
         }
         let starts = at.child("start");
         if !self.start.is_empty() && self.start.len() != self.factors.len() {
-            let (found, wanted) = (self.start.len(), self.factors.len());
-            starts.error(format!("expected one start for each of {wanted} factors, found {found}"));
+            let (found, requested) = (self.start.len(), self.factors.len());
+            starts.error(format!("expected one start for each of {requested} factors, found {found}"));
         }
         for ((at, &start), &factor) in starts.elements(&self.start).zip(&self.factors) {
             if let Some(factor) = factors.get(factor) {

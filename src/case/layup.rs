@@ -125,15 +125,15 @@ impl Layup {
         contacts.require_each(&self.contacts_w_m2_k, |contact| {
             contact.map(|contact_w_m2_k| positive(contact_w_m2_k, contact_w_m2_k)).transpose()
         });
-        let (wanted, found) = (self.plies.len().saturating_sub(1), self.contacts_w_m2_k.len());
-        if found != wanted {
-            contacts.error(format!("expected a contact for each of {wanted} interfaces, found {found}"));
+        let (requested, found) = (self.plies.len().saturating_sub(1), self.contacts_w_m2_k.len());
+        if found != requested {
+            contacts.error(format!("expected a contact for each of {requested} interfaces, found {found}"));
         }
         at.not_negative("origin_m", self.origin_m);
         if self.plies.is_empty() {
             at.child("plies").error("no ply: expected at least one");
         }
-        !self.plies.is_empty() && self.back_m().is_finite() && found == wanted
+        !self.plies.is_empty() && self.back_m().is_finite() && found == requested
     }
 }
 

@@ -80,8 +80,8 @@ impl Observation {
         for (name, values) in [("temperatures_k", &self.temperatures_k), ("sigma_k", &self.sigma_k)] {
             let field = at.child(name);
             if values.len() != self.times_s.len() {
-                let (found, wanted) = (values.len(), self.times_s.len());
-                field.error(format!("expected one value for each of {wanted} times, found {found}"));
+                let (found, requested) = (values.len(), self.times_s.len());
+                field.error(format!("expected one value for each of {requested} times, found {found}"));
             }
             field.require_each(values, |&value| positive(value, format_args!("{value} K")));
         }

@@ -227,8 +227,8 @@ fn march_groups<S: Simd, R: Real>(
         })
         .collect();
     for end in ends.into_iter().flatten() {
-        let arrival = member_status(plan, end.diverged_at_step, &end.extremes_k);
-        end.into_traces(arrival, &mut traces);
+        let status = member_status(plan, end.diverged_at_step, &end.extremes_k);
+        end.into_traces(status, &mut traces);
     }
     traces
 }
@@ -260,11 +260,11 @@ fn march_tangents<S: Simd, R: Real>(
     let marched: Vec<(Vec<f64>, Vec<MemberResult>)> = marched.collect();
     let mut traces = Traces::empty(0, sensors, instants);
     for (job, (temperatures_k, ends)) in marched.into_iter().enumerate() {
-        let arrival = member_status(plan, ends[0].diverged_at_step, &ends[0].extremes_k);
+        let status = member_status(plan, ends[0].diverged_at_step, &ends[0].extremes_k);
         // Every job of a point marches the same member; only the first adds it.
         let skipped = usize::from(job % some.len() > 0);
         traces.temperatures_k.extend(&temperatures_k[skipped * size..]);
-        ends.into_iter().skip(skipped).for_each(|end| end.into_traces(arrival.clone(), &mut traces));
+        ends.into_iter().skip(skipped).for_each(|end| end.into_traces(status.clone(), &mut traces));
     }
     traces
 }
@@ -279,8 +279,8 @@ struct MemberResult {
 }
 
 impl MemberResult {
-    fn into_traces(self, arrival: MemberStatus, traces: &mut Traces) {
-        traces.statuses.push(arrival);
+    fn into_traces(self, status: MemberStatus, traces: &mut Traces) {
+        traces.statuses.push(status);
         traces.balances.push(self.balance);
         traces.extremes_k.extend(self.extremes_k);
         traces.gauges.extend(self.gauges);

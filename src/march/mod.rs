@@ -241,8 +241,8 @@ fn interpolate_records(records: Traces, plan: &Plan, rows_per_member: usize) -> 
 }
 
 /// Status of a member, from the step on which it diverged, if any, and the temperature range of each ply.
-fn member_status(plan: &Plan, strayed: Option<usize>, extremes_k: &[(f64, f64)]) -> MemberStatus {
-    if let Some(step) = strayed {
+fn member_status(plan: &Plan, diverged: Option<usize>, extremes_k: &[(f64, f64)]) -> MemberStatus {
+    if let Some(step) = diverged {
         return MemberStatus::Diverged { time_s: plan.times_s[step + 1] };
     }
     for (ply, (&(coldest, hottest), &(low, high))) in extremes_k.iter().zip(&plan.table_limits_k).enumerate() {

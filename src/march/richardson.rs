@@ -121,9 +121,9 @@ fn combine(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> Tr
             *fine = if gauge.is_front() { front(*fine, coarse) } else { beyond(*fine, coarse) };
         }
     }
-    for (arrival, other) in fine.statuses.iter_mut().zip(&coarse.statuses) {
-        if *arrival == MemberStatus::Completed {
-            arrival.clone_from(other);
+    for (status, other) in fine.statuses.iter_mut().zip(&coarse.statuses) {
+        if *status == MemberStatus::Completed {
+            status.clone_from(other);
         }
     }
     for (balance, other) in fine.balances.iter_mut().zip(&coarse.balances) {
@@ -158,15 +158,15 @@ mod tests {
 
     #[test]
     fn a_member_that_fails_at_one_resolution_has_failed() {
-        let traces = |arrivals: Vec<MemberStatus>, temperatures_k: Vec<f64>| Traces {
+        let traces = |statuses: Vec<MemberStatus>, temperatures_k: Vec<f64>| Traces {
             first: 0,
             sensors: 1,
             instants: 1,
             temperatures_k,
             gauges: Vec::new(),
-            balances: vec![Balance::default(); arrivals.len()],
+            balances: vec![Balance::default(); statuses.len()],
             extremes_k: Vec::new(),
-            statuses: arrivals,
+            statuses,
         };
         let diverged = MemberStatus::Diverged { time_s: 3.0 };
         let fine =

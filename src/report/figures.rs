@@ -33,10 +33,10 @@ fn paper_reference(numbers: &[usize]) -> String {
 fn make_ids_unique(figures: &mut [(&'static str, Figure)]) {
     for later in 1..figures.len() {
         let (before, rest) = figures.split_at_mut(later);
-        let wanted = rest[0].1.id.clone();
+        let requested = rest[0].1.id.clone();
         let mut number = 2;
         while before.iter().any(|(_, figure)| figure.id == rest[0].1.id) {
-            rest[0].1.id = format!("{wanted}-{number}");
+            rest[0].1.id = format!("{requested}-{number}");
             number += 1;
         }
     }

@@ -63,9 +63,9 @@ struct QuantityFormat {
     digits: usize,
 }
 
-fn quantity_format(sought: HeatingQuantity) -> QuantityFormat {
+fn quantity_format(quantity: HeatingQuantity) -> QuantityFormat {
     let flux = |title, noun| QuantityFormat { title, noun, unit: "W/cm²", scale: 1e-4, digits: 3 };
-    match sought {
+    match quantity {
         HeatingQuantity::Flux => flux("Cold-wall heat flux at the hot face", "flux"),
         HeatingQuantity::RadiantFlux => flux("Incident radiant flux at the hot face", "radiant flux"),
         HeatingQuantity::Gas => {

@@ -187,8 +187,8 @@ fn check_result(outcome: &Sizing) -> Option<String> {
 /// Confidence interval of the thickness, and the number of members that the probability requires.
 fn required_members(outcome: &Sizing) -> String {
     let p = outcome.requirement.probability;
-    let wanted = draws_for_ten_percent_error(p);
-    let verdict = if outcome.members >= wanted { "available" } else { "fewer are available" };
+    let requested = draws_for_ten_percent_error(p);
+    let verdict = if outcome.members >= requested { "available" } else { "fewer are available" };
     let confidence = outcome.required.found_m().map_or(String::new(), |_| {
         format!(
             "95 % confidence interval of the thickness for {}: {}. ",
@@ -199,7 +199,7 @@ fn required_members(outcome: &Sizing) -> String {
     format!(
         "{confidence}A standard error of a tenth of the exceedance probability {} requires {} ({verdict}).",
         percent_near_limits(1.0 - p),
-        format::counted(wanted, "member")
+        format::counted(requested, "member")
     )
 }
 

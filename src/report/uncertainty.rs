@@ -112,8 +112,8 @@ fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec
         } else {
             ("-".to_owned(), "-".to_owned())
         };
-        let blame = ranked_shares(&answers.case, outcome, index).into_iter().flatten().next();
-        let blame = blame.filter(|(_, share)| *share > 0.0).map_or("-".to_owned(), |(factor, share)| {
+        let top_factors = ranked_shares(&answers.case, outcome, index).into_iter().flatten().next();
+        let top_factors = top_factors.filter(|(_, share)| *share > 0.0).map_or("-".to_owned(), |(factor, share)| {
             format!("{} {}", format::truncate(&answers.case.factors[factor].name, 10), format::percent(share))
         });
         lines.push(format!(
@@ -124,7 +124,7 @@ fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec
             answers.nominal.as_ref().map_or("-".to_owned(), |nominal| misfit_text(answers, nominal, index).0),
             deviation,
             within,
-            blame
+            top_factors
         ));
     }
     lines.extend(others);
@@ -181,7 +181,7 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
     let case = &answers.case;
     let rows: Vec<Vec<String>> = (case.sensors.iter().zip(&outcome.peaks).enumerate())
         .map(|(index, (sensor, peak))| {
-            let blame: Vec<String> = ranked_shares(case, outcome, index)
+            let top_factors: Vec<String> = ranked_shares(case, outcome, index)
                 .into_iter()
                 .flatten()
                 .take(3)
@@ -203,7 +203,7 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
                     format::grouped(peak.percentiles_s[0], 1),
                     format::grouped(peak.percentiles_s[4], 1)
                 ),
-                blame.join(", "),
+                top_factors.join(", "),
             ]
         })
         .collect();

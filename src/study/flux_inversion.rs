@@ -137,12 +137,12 @@ pub enum InversionError {
         second: &'static str,
     },
     /// The case lacks the selected quantity.
-    #[error("--quantity {sought}: {case:?} has none: {reason}")]
+    #[error("--quantity {quantity}: {case:?} has none: {reason}")]
     QuantityMissing {
         /// The case.
         case: String,
         /// The quantity.
-        sought: &'static str,
+        quantity: &'static str,
         /// The reason.
         reason: &'static str,
     },
@@ -181,18 +181,18 @@ const NEGLIGIBLE_REDUCTION: f64 = 1e-2;
 pub fn invert_flux(
     case: &Case,
     march: &mut dyn March,
-    wanted: &InversionOptions,
+    requested: &InversionOptions,
 ) -> Result<FluxInversion, InversionError> {
-    let sought = HeatingQuantity::for_case(case, wanted.quantity)?;
-    let Some(own) = sought.schedule(&case.exposure.hot_face) else {
+    let quantity = HeatingQuantity::for_case(case, requested.quantity)?;
+    let Some(own) = quantity.schedule(&case.exposure.hot_face) else {
         return Err(InversionError::HeldFace { case: case.id.clone() });
     };
     let (from_s, to_s) = case.fit_window_s();
     let end_s = to_s.min(case.exposure.duration_s);
-    let knots = Knots::new(own, sought.unheated_value(), end_s, wanted.knots);
+    let knots = Knots::new(own, quantity.unheated_value(), end_s, requested.knots);
     let schedule = |values: Vec<f64>| Schedule { times_s: knots.times_s.clone(), values };
     let on_knots =
-        Case { exposure: sought.with_schedule(&case.exposure, schedule(knots.case_values.clone())), ..case.clone() };
+        Case { exposure: quantity.with_schedule(&case.exposure, schedule(knots.case_values.clone())), ..case.clone() };
 
     let plan = adapt_monitored(&on_knots, &march.monitor())?;
     // Later steps do not affect any reading in the window.
@@ -208,12 +208,12 @@ pub fn invert_flux(
     }
 
     let largest = knots.case_values.iter().map(|value| value.abs()).fold(0.0, f64::max);
-    let scale = if largest > 0.0 { largest } else { sought.default_scale() };
+    let scale = if largest > 0.0 { largest } else { quantity.default_scale() };
     let roughness = knots.roughness();
     let difference_step = difference_step(march.backend().precision);
     let mut problem = InversionProblem {
         march,
-        quantity: sought,
+        quantity,
         plan: &plan,
         exposure: &on_knots.exposure,
         nominal: &Ensemble::nominal(&case.factors),
@@ -236,7 +236,7 @@ pub fn invert_flux(
     let tolerance_reduction = (NEGLIGIBLE_REDUCTION / flat.len() as f64).max(1e-5);
     let options = Options { trials: 1, tolerance_reduction, tolerance_step: 1e-5, ..Options::default() };
     let (solved, chosen, rungs) =
-        select_weight(wanted.smoothing, flat.len(), &start, roughness.nrows() > 0, |weight, from| {
+        select_weight(requested.smoothing, flat.len(), &start, roughness.nrows() > 0, |weight, from| {
             problem.weight = weight * alike;
             let fit = minimize(&mut problem, from, &options)?;
             let data = fit.residuals.rows(0, flat.len());
@@ -255,7 +255,7 @@ pub fn invert_flux(
     let integral = |values: &[f64]| values.iter().zip(&spans_s).map(|(value, span_s)| value * span_s).sum();
     let traces = observed.iter().filter(|trace| !trace.is_empty());
     Ok(FluxInversion {
-        quantity: sought,
+        quantity,
         standard_deviations: known.deviations.iter().map(|deviation| deviation * scale).collect(),
         smoothing_bias: known.smoothing_bias.iter().map(|value| value * scale).collect(),
         integral: integral(&values),

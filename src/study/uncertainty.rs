@@ -151,9 +151,9 @@ impl SweepStatistics {
     /// Empty statistics about a nominal march and an envelope of its traces.
     pub fn new(case: &Case, nominal: &Prediction, envelope: &Envelope, bounds: Bounds, kind: SamplingKind) -> Self {
         let (reference, marginals) = reference_values(case, nominal, bounds, kind);
-        let (tally, is_independent) = (Accumulator::new(&reference, &marginals), case.correlation.is_empty());
+        let (accumulator, is_independent) = (Accumulator::new(&reference, &marginals), case.correlation.is_empty());
         let traces = TraceCoverage::new(&nominal.temperatures_k, envelope);
-        Self { accumulator: tally, traces, bounds, is_independent, failures: BTreeMap::new() }
+        Self { accumulator, traces, bounds, is_independent, failures: BTreeMap::new() }
     }
 
     /// March some members of an ensemble and accumulate them; `watch` is as in [`uncertainty`].
@@ -263,21 +263,21 @@ impl SweepStatistics {
 
     /// The results for `members` members of this sampling.
     pub fn results(&self, nominal: &Prediction, sampling: &Sampling, members: usize) -> Uncertainty {
-        let Self { accumulator: tally, .. } = self;
+        let Self { accumulator, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
-        let causes = tally.sensitivity_indices(self.is_independent);
+        let causes = accumulator.sensitivity_indices(self.is_independent);
         let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (sensor * instants..(sensor + 1) * instants).map(each).collect()
         };
         let spreads = (0..sensors).map(|sensor| {
-            let percentiles_k = PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent)));
-            let stretch = tally.percentile(sensors * (instants + 2) + sensor, COVERAGE_PERCENT);
+            let percentiles_k = PERCENTS.map(|percent| over(sensor, &|output| accumulator.percentile(output, percent)));
+            let stretch = accumulator.percentile(sensors * (instants + 2) + sensor, COVERAGE_PERCENT);
             let whole = self.traces.band(sensor, stretch, [&percentiles_k[0], &percentiles_k[4]]);
             Spread {
-                mean_k: over(sensor, &|output| tally.mean(output)),
-                deviation_k: over(sensor, &|output| tally.deviation(output)),
-                low_k: over(sensor, &|output| tally.min(output)),
-                high_k: over(sensor, &|output| tally.max(output)),
+                mean_k: over(sensor, &|output| accumulator.mean(output)),
+                deviation_k: over(sensor, &|output| accumulator.deviation(output)),
+                low_k: over(sensor, &|output| accumulator.min(output)),
+                high_k: over(sensor, &|output| accumulator.max(output)),
                 percentiles_k,
                 indices: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
                 simultaneous: whole,
@@ -287,10 +287,10 @@ impl SweepStatistics {
             let (hot, late) = (sensors * instants + sensor, sensors * instants + sensors + sensor);
             PeakSpread {
                 nominal: nominal.peaks[sensor],
-                mean_k: tally.mean(hot),
-                deviation_k: tally.deviation(hot),
-                percentiles_k: PERCENTS.map(|percent| tally.percentile(hot, percent)),
-                percentiles_s: PERCENTS.map(|percent| tally.percentile(late, percent)),
+                mean_k: accumulator.mean(hot),
+                deviation_k: accumulator.deviation(hot),
+                percentiles_k: PERCENTS.map(|percent| accumulator.percentile(hot, percent)),
+                percentiles_s: PERCENTS.map(|percent| accumulator.percentile(late, percent)),
                 temperature_indices: causes[hot].clone(),
                 time_indices: causes[late].clone(),
             }
@@ -301,7 +301,7 @@ impl SweepStatistics {
             sampling: sampling.kind.name(),
             is_independent: self.is_independent,
             members,
-            completed: tally.members(),
+            completed: accumulator.members(),
             failures: self.failures(),
             instants_s: nominal.instants_s.clone(),
             spreads: spreads.collect(),
@@ -327,8 +327,8 @@ fn reference_values(
 }
 
 /// Reason of a failure, in words that do not depend on the member; `Scalar` for a completed member.
-pub fn failure_reason(case: &Case, arrival: &MemberStatus) -> Option<String> {
-    match arrival {
+pub fn failure_reason(case: &Case, status: &MemberStatus) -> Option<String> {
+    match status {
         MemberStatus::Completed => None,
         MemberStatus::Diverged { .. } => {
             Some("a temperature left 0 to 4,000 K, the valid range of all properties".to_owned())

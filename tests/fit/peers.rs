@@ -105,13 +105,13 @@ fn sobol_indices_of_a_sweep_match_salib() {
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 1 };
     let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, MEMBERS);
     let marginals = RANGES.map(|range| Marginal::new(1.0, range, SamplingKind::Uniform));
-    let mut tally = Accumulator::new(&[300.0], &marginals);
+    let mut accumulator = Accumulator::new(&[300.0], &marginals);
     for member in 0..MEMBERS {
         let factors = ensemble.member(member);
         let kelvin = 300.0 * factors[2] + 200.0 * factors[0] * (1.0 - (-factors[1]).exp());
-        tally.add(&[kelvin], &factors);
+        accumulator.add(&[kelvin], &factors);
     }
-    let found = tally.sensitivity_indices(true).remove(0);
+    let found = accumulator.sensitivity_indices(true).remove(0);
     for (factor, cells) in reference.iter().enumerate() {
         let [first, total] = [&cells[1], &cells[2]].map(|cell| cell.parse::<f64>().expect("a number"));
         assert!((found.first[factor].value - first).abs() < SALIB_INDEX, "{:?}, not {first}", found.first[factor]);

@@ -109,7 +109,7 @@ fn cooperative_kernels_agree_with_the_processor_within_rounding_for_every_block_
     for Marched { case, plan, ensemble, lanes, traces, .. } in of(Precision::F64) {
         let processor = traces_of(&mut Cpu::new(Precision::F64), plan, ensemble);
         assert!(
-            traces.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
+            traces.statuses.iter().all(|status| *status == MemberStatus::Completed),
             "{}: not all members complete",
             case.id()
         );

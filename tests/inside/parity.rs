@@ -119,7 +119,7 @@ fn gpu_and_processor_are_bit_identical_in_single_precision() {
     for marched in MARCHED.iter() {
         let cpu = on_cpu(Precision::F32, &marched.plan, &marched.ensemble);
         assert!(
-            cpu.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
+            cpu.statuses.iter().all(|status| *status == MemberStatus::Completed),
             "{}: not all members complete",
             marched.case.id()
         );
@@ -218,7 +218,7 @@ fn runtime_checks_change_no_bit_with_and_without_gas() {
         let (plan, ensemble) = (Plan::new(&case), nominal_and_random(&case, FEW));
         let [free, checked] = [&SINGLE, &CHECKED].map(|device| traces_of(&mut *device.gpu(), &plan, &ensemble));
         assert!(
-            free.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
+            free.statuses.iter().all(|status| *status == MemberStatus::Completed),
             "{id}: not all members complete"
         );
         assert_eq!(count_differences(&free, &checked), 0, "{id}");
@@ -344,7 +344,7 @@ fn diverges_everywhere(case: &Case, value: f64) {
         &mut *single,
         &mut *double,
     ];
-    let mut arrivals = Vec::new();
+    let mut statuses = Vec::new();
     for march in marches {
         let backend = march.backend();
         let (expected, found) = (traces_of(march, &plan, &regular), traces_of(march, &plan, &with_outlier));
@@ -352,9 +352,9 @@ fn diverges_everywhere(case: &Case, value: f64) {
             assert_eq!(found.statuses[member], MemberStatus::Completed, "{backend:?}: member {member}");
             assert_eq!(found.member(member), expected.member(member), "{backend:?}: member {member}");
         }
-        arrivals.push((backend, found.statuses[4].clone()));
+        statuses.push((backend, found.statuses[4].clone()));
     }
-    let (_, first) = &arrivals[0];
+    let (_, first) = &statuses[0];
     assert!(matches!(first, MemberStatus::Diverged { time_s } if *time_s < 1.0), "{first:?}");
-    assert!(arrivals.iter().all(|(_, arrival)| arrival == first), "{arrivals:?}");
+    assert!(statuses.iter().all(|(_, status)| status == first), "{statuses:?}");
 }

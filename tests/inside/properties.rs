@@ -26,7 +26,7 @@ fn marched(case: &Case, ensemble: &Ensemble, precision: Precision) -> Traces {
     let traces = Cpu::new(precision).march(&Plan::new(case), ensemble, 0..ensemble.len());
     let traces = traces.expect("the processor does not fail");
     assert!(
-        traces.statuses.iter().all(|arrival| *arrival == MemberStatus::Completed),
+        traces.statuses.iter().all(|status| *status == MemberStatus::Completed),
         "{}: {:?}",
         case.id(),
         traces.statuses

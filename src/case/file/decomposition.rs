@@ -158,12 +158,12 @@ fn residues(
     let char = section.optional("char").map(ValueReader::section).transpose();
     let mut sections = section.array_of_tables("intermediate")?;
     if let Some(reactions) = reactions {
-        let wanted = sequence.intermediate_count(reactions.len());
-        if sections.len() != wanted {
+        let requested = sequence.intermediate_count(reactions.len());
+        if sections.len() != requested {
             let order = sequence.key();
             let (met, count) = (sections.len(), reactions.len());
             let message = format!(
-                "expected {wanted} [[decomposition.intermediate]] for {count} reactions ({order}), found {met}"
+                "expected {requested} [[decomposition.intermediate]] for {count} reactions ({order}), found {met}"
             );
             return Err(section.error(message));
         }

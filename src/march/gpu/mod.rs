@@ -95,11 +95,11 @@ impl Gpu {
     /// # Errors
     /// When the cooperative kernel does not compile.
     pub fn threads_per_member(&mut self, plan: &Plan, members: usize) -> Result<u32, MarchError> {
-        let wanted = cooperative::threads_per_member(self.threads_per_member, self.device.is_software, members);
-        if wanted == 1 {
+        let requested = cooperative::threads_per_member(self.threads_per_member, self.device.is_software, members);
+        if requested == 1 {
             return Ok(1);
         }
-        let text = shader::column_lengths(plan, wanted) + &self.source(plan, wanted);
+        let text = shader::column_lengths(plan, requested) + &self.source(plan, requested);
         let known = self.workgroup_bytes.iter().find(|(known, _)| *known == text).map(|(_, bytes)| *bytes);
         let bytes = match known {
             Some(bytes) => bytes,
@@ -109,7 +109,7 @@ impl Gpu {
                 bytes
             }
         };
-        Ok(if bytes > self.device.limits.max_compute_workgroup_storage_size { 1 } else { wanted })
+        Ok(if bytes > self.device.limits.max_compute_workgroup_storage_size { 1 } else { requested })
     }
 
     /// Whether the kernel of a plan reads tables from a texture.

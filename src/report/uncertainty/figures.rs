@@ -80,7 +80,7 @@ fn variance_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure 
         values: thinned(&percent(index)),
     });
     let peak = outcome.peaks[sensor].nominal;
-    let blame = nearest_index(&outcome.instants_s, peak.time_s).and_then(|instant| {
+    let top_factors = nearest_index(&outcome.instants_s, peak.time_s).and_then(|instant| {
         let shares = &causes[instant].shares;
         let most = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
         Some(format!(
@@ -98,7 +98,7 @@ fn variance_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure 
         caption: format!(
             "Share of each factor in the variance at {name} over time.{} A share is the squared correlation of factor \
              and temperature, normalised so that all shares sum to one.",
-            blame.unwrap_or_default(),
+            top_factors.unwrap_or_default(),
         ),
         x: time_axis(case),
         y: Axis::linear("Share of the variance, %").with_range(0.0, 100.0),

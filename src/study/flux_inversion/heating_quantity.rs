@@ -58,12 +58,12 @@ impl HeatingQuantity {
             return match requested.unavailable_reason(open) {
                 None => Ok(requested),
                 Some(reason) => {
-                    Err(InversionError::QuantityMissing { case: case.id.clone(), sought: requested.name(), reason })
+                    Err(InversionError::QuantityMissing { case: case.id.clone(), quantity: requested.name(), reason })
                 }
             };
         }
         let is_heated = |schedule: &Schedule| schedule.values.iter().any(|value| *value != 0.0);
-        let heats = |sought: &Self| match sought {
+        let heats = |quantity: &Self| match quantity {
             Self::Flux => is_heated(&open.flux_w_m2),
             Self::RadiantFlux => is_heated(&open.radiant_w_m2) && open.emissivity != Emissivity::Constant(0.0),
             Self::Gas => open.heating_scales_film,

@@ -93,8 +93,7 @@ pub(super) fn predict(
     let coldest_k = case.exposure.lower_temperature_bound_k();
     let mut failed = 0;
     march_all(march, &plan.clone().without_gauges(), &ensemble, &mut |traces| {
-        let is_complete: Vec<bool> =
-            traces.statuses.iter().map(|arrival| *arrival == MemberStatus::Completed).collect();
+        let is_complete: Vec<bool> = traces.statuses.iter().map(|status| *status == MemberStatus::Completed).collect();
         failed += is_complete.iter().filter(|is_complete| !**is_complete).count();
         let (mut plain, mut with_discrepancy) = (Vec::new(), Vec::new());
         for member in 0..traces.members() {
@@ -121,7 +120,7 @@ pub(super) fn predict(
     })?;
     let foreseen = |sensor: usize| {
         let (parameters, discrepancy): (PredictiveBand, PredictiveBand) =
-            [&parameters, &discrepancy].map(|tally| band(tally, sensor, (sensors, instants))).into();
+            [&parameters, &discrepancy].map(|accumulator| band(accumulator, sensor, (sensors, instants))).into();
         let seen = case.observations.iter().find(|seen| seen.sensor == sensor);
         let held = |seen: &Observation| {
             let pairs = samples_in_window(case, seen, &plan.instants_s);
@@ -137,14 +136,14 @@ pub(super) fn predict(
 }
 
 /// The band of a sensor, from an accumulator of sensors × instants followed by the peaks.
-fn band(tally: &Accumulator, sensor: usize, (sensors, instants): (usize, usize)) -> PredictiveBand {
-    let curve = |percent: f64| (0..instants).map(|i| tally.percentile(sensor * instants + i, percent)).collect();
+fn band(accumulator: &Accumulator, sensor: usize, (sensors, instants): (usize, usize)) -> PredictiveBand {
+    let curve = |percent: f64| (0..instants).map(|i| accumulator.percentile(sensor * instants + i, percent)).collect();
     let [low_k, median_k, high_k] = PERCENTS.map(curve);
     PredictiveBand {
         low_k,
         median_k,
         high_k,
-        peak_k: PERCENTS.map(|percent| tally.percentile(sensors * instants + sensor, percent)),
+        peak_k: PERCENTS.map(|percent| accumulator.percentile(sensors * instants + sensor, percent)),
     }
 }
 

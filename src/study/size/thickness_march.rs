@@ -54,12 +54,12 @@ impl<'a> ThicknessMarch<'a> {
         let mut met = Vec::with_capacity(ensemble.len());
         march_all(self.march, &self.plan, &ensemble, &mut |traces| {
             for member in 0..traces.members() {
-                let arrival = &traces.statuses[member];
+                let status = &traces.statuses[member];
                 let mut peak = Peak::of(traces.trace(member, self.sensor), &self.plan.instants_s);
-                if *arrival != MemberStatus::Completed {
+                if *status != MemberStatus::Completed {
                     peak.temperature_k = f64::INFINITY;
                 }
-                met.push(MemberPeak { peak, failed: failure_reason(&self.scalable.case, arrival) });
+                met.push(MemberPeak { peak, failed: failure_reason(&self.scalable.case, status) });
             }
         })?;
         Ok(met)

@@ -72,18 +72,19 @@ struct VariancePart {
 
 impl<'a> PolynomialChaos<'a> {
     /// `Scalar` for fewer members than a linear function of every factor needs.
-    pub(super) fn new(tally: &'a Accumulator, are_independent: bool) -> Option<Self> {
-        let scale = QUANTA * QUANTA * tally.members as f64;
-        let mut functions = tally.basis.complete_degrees(tally.members / MEMBERS_PER_FUNCTION);
+    pub(super) fn new(accumulator: &'a Accumulator, are_independent: bool) -> Option<Self> {
+        let scale = QUANTA * QUANTA * accumulator.members as f64;
+        let mut functions = accumulator.basis.complete_degrees(accumulator.members / MEMBERS_PER_FUNCTION);
         // Where the Gram matrix is singular for these members, functions of lower degree are used.
         let (products, factored) = loop {
             if functions < 2 {
                 return None;
             }
-            let products = DMatrix::from_fn(functions, functions, |a, b| tally.gram[a.max(b)][a.min(b)] as f64 / scale);
+            let products =
+                DMatrix::from_fn(functions, functions, |a, b| accumulator.gram[a.max(b)][a.min(b)] as f64 / scale);
             match products.clone().cholesky() {
                 Some(factored) => break (products, factored),
-                None => functions = tally.basis.complete_degrees(functions - 1),
+                None => functions = accumulator.basis.complete_degrees(functions - 1),
             }
         };
         let inverse = inverse(&factored);
@@ -92,7 +93,7 @@ impl<'a> PolynomialChaos<'a> {
             &products - means * means.transpose()
         });
         let part = |factor: usize, shared: bool| {
-            let chosen = tally.basis.containing(factor, functions, shared);
+            let chosen = accumulator.basis.containing(factor, functions, shared);
             let mixture = joint.as_ref().and_then(|joint| {
                 let within = |of: &DMatrix<f64>| of.select_rows(&chosen).select_columns(&chosen);
                 if shared {
@@ -110,8 +111,8 @@ impl<'a> PolynomialChaos<'a> {
             });
             VariancePart { functions: chosen, mixture }
         };
-        let parts = (0..tally.factors()).map(|factor| [part(factor, false), part(factor, true)]).collect();
-        Some(Self { accumulator: tally, functions, gram_inverse: inverse, covariance: joint, parts })
+        let parts = (0..accumulator.factors()).map(|factor| [part(factor, false), part(factor, true)]).collect();
+        Some(Self { accumulator, functions, gram_inverse: inverse, covariance: joint, parts })
     }
 
     /// Indices of some outputs.
@@ -218,12 +219,12 @@ mod tests {
         let sampling = Sampling { kind, seed };
         let drawn = vec![factor; factors];
         let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, members).correlated(correlation);
-        let mut tally = Accumulator::new(&[0.0], &vec![Marginal::new(0.0, (-1.0, 1.0), kind); factors]);
+        let mut accumulator = Accumulator::new(&[0.0], &vec![Marginal::new(0.0, (-1.0, 1.0), kind); factors]);
         let rows: Vec<Vec<f64>> = (0..members).map(|member| ensemble.member(member)).collect();
         // At least a thousand quanta of 2⁻¹¹ per standard deviation, as for one kelvin.
         let outputs: Vec<f64> = rows.iter().map(|row| 10.0 * f(row)).collect();
-        tally.add_block(&outputs, &rows.concat(), &vec![true; members]);
-        tally.sensitivity_indices(correlation.is_empty()).remove(0)
+        accumulator.add_block(&outputs, &rows.concat(), &vec![true; members]);
+        accumulator.sensitivity_indices(correlation.is_empty()).remove(0)
     }
 
     fn even(factors: usize, members: usize, seed: u64, f: impl Fn(&[f64]) -> f64) -> SensitivityIndices {
@@ -364,13 +365,13 @@ mod tests {
     #[test]
     fn fixed_factors_and_constant_outputs_have_zero_indices_and_too_few_members_have_none() {
         let marginals = [(1.0, 1.0), (0.0, 2.0)].map(|bounds| Marginal::new(1.0, bounds, SamplingKind::Uniform));
-        let mut tally = Accumulator::new(&[0.0, 0.0], &marginals);
+        let mut accumulator = Accumulator::new(&[0.0, 0.0], &marginals);
         assert!(
-            tally.sensitivity_indices(true)[0].total[1].value.is_nan()
-                && tally.sensitivity_indices(true)[0].unexplained.is_nan()
+            accumulator.sensitivity_indices(true)[0].total[1].value.is_nan()
+                && accumulator.sensitivity_indices(true)[0].unexplained.is_nan()
         );
-        (0..100).for_each(|i| tally.add(&[f64::from(i), 5.0], &[1.0, 0.02 * f64::from(i)]));
-        let [moving, still] = [0, 1].map(|output| tally.sensitivity_indices(true)[output].clone());
+        (0..100).for_each(|i| accumulator.add(&[f64::from(i), 5.0], &[1.0, 0.02 * f64::from(i)]));
+        let [moving, still] = [0, 1].map(|output| accumulator.sensitivity_indices(true)[output].clone());
         assert!(
             moving.first[0].value == 0.0 && moving.total[0].value == 0.0 && (moving.total[1].value - 1.0).abs() < 1e-3
         );

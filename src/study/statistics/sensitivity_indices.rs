@@ -84,11 +84,11 @@ struct RankCorrelations {
 }
 
 impl RankCorrelations {
-    fn new(tally: &Accumulator) -> Self {
-        let members = tally.members as f64;
-        let means: Vec<f64> = tally.grades.iter().map(|sums| sums[0] as f64 / members / GRADE_QUANTA).collect();
+    fn new(accumulator: &Accumulator) -> Self {
+        let members = accumulator.members as f64;
+        let means: Vec<f64> = accumulator.grades.iter().map(|sums| sums[0] as f64 / members / GRADE_QUANTA).collect();
         let product = |a: usize, b: usize| {
-            let sum = tally.grades[a.max(b)][1 + a.min(b)] as f64;
+            let sum = accumulator.grades[a.max(b)][1 + a.min(b)] as f64;
             sum / members / GRADE_QUANTA / GRADE_QUANTA - means[a] * means[b]
         };
         let deviations: Vec<f64> = (0..means.len()).map(|factor| product(factor, factor).max(0.0).sqrt()).collect();
@@ -101,11 +101,11 @@ impl RankCorrelations {
     }
 
     /// Spearman correlation of an output with each factor; zero where either is constant.
-    fn correlations(&self, tally: &Accumulator, output: usize) -> Vec<f64> {
-        let members = tally.members as f64;
+    fn correlations(&self, accumulator: &Accumulator, output: usize) -> Vec<f64> {
+        let members = accumulator.members as f64;
         let mut products = vec![0.0; self.means.len()];
         let (mut below, mut squares) = (0.0, 0.0);
-        for bin in tally.outputs[output].rank_histogram.bins() {
+        for bin in accumulator.outputs[output].rank_histogram.bins() {
             let count = bin[0] as f64;
             let rank = (below + count / 2.0) / members - 0.5;
             squares += count * rank * rank;
@@ -191,9 +191,9 @@ mod tests {
     fn rank_correlations_equal_those_of_the_sorted_members() {
         let rows = rows(3000);
         let marginals: Vec<Marginal> = (0..3).map(|_| Marginal::new(0.5, (0.0, 1.0), SamplingKind::Uniform)).collect();
-        let mut tally = Accumulator::new(&[500.0], &marginals);
-        rows.iter().for_each(|(factors, output)| tally.add(&[*output], factors));
-        let causes = tally.sensitivity_indices(false).remove(0);
+        let mut accumulator = Accumulator::new(&[500.0], &marginals);
+        rows.iter().for_each(|(factors, output)| accumulator.add(&[*output], factors));
+        let causes = accumulator.sensitivity_indices(false).remove(0);
         let output = ranked(&rows.iter().map(|row| row.1).collect::<Vec<f64>>());
         let factors: Vec<Vec<f64>> =
             (0..3).map(|factor| ranked(&rows.iter().map(|row| row.0[factor]).collect::<Vec<f64>>())).collect();

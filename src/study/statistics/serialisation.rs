@@ -28,20 +28,20 @@ impl Accumulator {
     /// Restore from [`to_integers`](Self::to_integers) and the references; `Scalar` where they do not fit: too few, too
     /// many, or counts that do not add up to the members.
     pub fn from_integers(reference: &[f64], marginals: &[Marginal], numbers: &[i128]) -> Option<Self> {
-        let mut tally = Self::new(reference, marginals);
+        let mut accumulator = Self::new(reference, marginals);
         let mut numbers = numbers.iter().copied();
-        tally.members = usize::try_from(numbers.next()?).ok()?;
-        tally.excluded = usize::try_from(numbers.next()?).ok()?;
-        let members = tally.members as u64;
-        for sums in &mut tally.factors {
+        accumulator.members = usize::try_from(numbers.next()?).ok()?;
+        accumulator.excluded = usize::try_from(numbers.next()?).ok()?;
+        let members = accumulator.members as u64;
+        for sums in &mut accumulator.factors {
             *sums = Sums { sum: numbers.next()?, squares: numbers.next()? };
         }
-        for sum in tally.grades.iter_mut().chain(&mut tally.gram).flatten() {
+        for sum in accumulator.grades.iter_mut().chain(&mut accumulator.gram).flatten() {
             *sum = numbers.next()?;
         }
         // The first function is the constant: its square is summed over every member.
-        let counted = tally.gram[0][0] == tally.members as i128 * CONSTANT * CONSTANT;
-        for output in &mut tally.outputs {
+        let counted = accumulator.gram[0][0] == accumulator.members as i128 * CONSTANT * CONSTANT;
+        for output in &mut accumulator.outputs {
             let OutputSums {
                 sums,
                 cross_products: crossed,
@@ -58,7 +58,7 @@ impl Accumulator {
             *ranked = ranked.clone().restored(&mut numbers, members)?;
             *histogram = histogram.clone().restored(&mut numbers, members)?;
         }
-        (counted && numbers.next().is_none()).then_some(tally)
+        (counted && numbers.next().is_none()).then_some(accumulator)
     }
 }
 

@@ -30,15 +30,15 @@ fn members(count: usize) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn tallied(outputs: &[f64], factors: &[f64]) -> Accumulator {
-    let mut tally = Accumulator::new(&REFERENCE, &marginals());
-    tally.add_block(outputs, factors, &vec![true; outputs.len() / 3]);
-    tally
+    let mut accumulator = Accumulator::new(&REFERENCE, &marginals());
+    accumulator.add_block(outputs, factors, &vec![true; outputs.len() / 3]);
+    accumulator
 }
 
 #[test]
 fn mean_deviation_and_correlation_equal_the_two_pass_formulas() {
     let (outputs, factors) = members(5000);
-    let tally = tallied(&outputs, &factors);
+    let accumulator = tallied(&outputs, &factors);
     let column = |values: &[f64], width: usize, i: usize| values.iter().skip(i).step_by(width).copied().collect();
     let mean = |v: &Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
     let product = |a: &Vec<f64>, b: &Vec<f64>| {
@@ -47,26 +47,29 @@ fn mean_deviation_and_correlation_equal_the_two_pass_formulas() {
     };
     for i in [0, 2] {
         let y: Vec<f64> = column(&outputs, 3, i);
-        assert!((tally.mean(i) - mean(&y)).abs() < 1e-7);
-        assert!((tally.deviation(i) - (product(&y, &y) / 4999.0).sqrt()).abs() < 1e-7);
-        assert_eq!(tally.min(i), y.iter().copied().fold(f64::INFINITY, f64::min));
-        assert_eq!(tally.max(i), y.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        assert!((accumulator.mean(i) - mean(&y)).abs() < 1e-7);
+        assert!((accumulator.deviation(i) - (product(&y, &y) / 4999.0).sqrt()).abs() < 1e-7);
+        assert_eq!(accumulator.min(i), y.iter().copied().fold(f64::INFINITY, f64::min));
+        assert_eq!(accumulator.max(i), y.iter().copied().fold(f64::NEG_INFINITY, f64::max));
         for j in 0..2 {
             let x: Vec<f64> = column(&factors, 2, j);
             let pearson = product(&x, &y) / (product(&x, &x) * product(&y, &y)).sqrt();
-            assert!((tally.correlation(i, j) - pearson).abs() < 1e-7);
+            assert!((accumulator.correlation(i, j) - pearson).abs() < 1e-7);
         }
-        assert!((tally.squared_correlation_share(i, 0) + tally.squared_correlation_share(i, 1) - 1.0).abs() < 1e-12);
+        assert!(
+            (accumulator.squared_correlation_share(i, 0) + accumulator.squared_correlation_share(i, 1) - 1.0).abs()
+                < 1e-12
+        );
     }
-    assert!(tally.correlation(2, 1) > 0.999_999);
+    assert!(accumulator.correlation(2, 1) > 0.999_999);
 }
 
 #[test]
 fn a_constant_output_has_no_deviation_and_no_correlation() {
     let (outputs, factors) = members(100);
-    let tally = tallied(&outputs, &factors);
-    assert_eq!((tally.mean(1), tally.deviation(1), tally.percentile(1, 97.5)), (300.0, 0.0, 300.0));
-    assert_eq!((tally.correlation(1, 0), tally.squared_correlation_share(1, 0)), (0.0, 0.0));
+    let accumulator = tallied(&outputs, &factors);
+    assert_eq!((accumulator.mean(1), accumulator.deviation(1), accumulator.percentile(1, 97.5)), (300.0, 0.0, 300.0));
+    assert_eq!((accumulator.correlation(1, 0), accumulator.squared_correlation_share(1, 0)), (0.0, 0.0));
 }
 
 #[test]
@@ -93,21 +96,24 @@ fn pieces_merged_in_any_order_equal_the_whole_bit_for_bit() {
 #[test]
 fn the_size_of_an_accumulator_does_not_depend_on_its_members() {
     let (outputs, factors) = members(1000);
-    let mut tally = tallied(&outputs, &factors);
-    let few = tally.clone();
-    (0..20).for_each(|_| tally.merge(&tally.clone()));
-    assert_eq!((tally.members(), tally.to_integers().len()), (1000 << 20, few.to_integers().len()));
-    assert!((tally.mean(0) - few.mean(0)).abs() < 1e-9 && (tally.deviation(0) / few.deviation(0) - 1.0).abs() < 1e-3);
-    assert_eq!(tally.percentile(0, 97.5), few.percentile(0, 97.5));
+    let mut accumulator = tallied(&outputs, &factors);
+    let few = accumulator.clone();
+    (0..20).for_each(|_| accumulator.merge(&accumulator.clone()));
+    assert_eq!((accumulator.members(), accumulator.to_integers().len()), (1000 << 20, few.to_integers().len()));
+    assert!(
+        (accumulator.mean(0) - few.mean(0)).abs() < 1e-9
+            && (accumulator.deviation(0) / few.deviation(0) - 1.0).abs() < 1e-3
+    );
+    assert_eq!(accumulator.percentile(0, 97.5), few.percentile(0, 97.5));
 }
 
 #[test]
 fn inconsistent_integers_are_rejected() {
     let (outputs, factors) = members(50);
-    let tally = tallied(&outputs, &factors);
+    let accumulator = tallied(&outputs, &factors);
     let restored = |numbers: &[i128]| Accumulator::from_integers(&REFERENCE, &marginals(), numbers);
-    let numbers = tally.to_integers();
-    assert_eq!(restored(&numbers), Some(tally));
+    let numbers = accumulator.to_integers();
+    assert_eq!(restored(&numbers), Some(accumulator));
     assert_eq!(restored(&numbers[..numbers.len() - 1]), None);
     assert_eq!(restored(&[&numbers[..], &[0]].concat()), None);
     // Members; the sum of the constant function's square; the last bin.
@@ -129,22 +135,22 @@ fn accumulators_that_differ_by_one_quantum_are_unequal() {
 /// Ten thousand values evenly spread over 100 K: percentile p lies p K above the lowest.
 #[test]
 fn percentiles_of_a_uniform_distribution_are_linear() {
-    let mut tally = Accumulator::new(&[850.1], &[]);
+    let mut accumulator = Accumulator::new(&[850.1], &[]);
     let values: Vec<f64> = (0..10_000).map(|i| 800.0 + (i as f64 + 0.5) / 100.0).collect();
-    tally.add_block(&values, &[], &vec![true; values.len()]);
+    accumulator.add_block(&values, &[], &vec![true; values.len()]);
     for percent in [2.5, 25.0, 50.0, 75.0, 97.5] {
-        assert!((tally.percentile(0, percent) - 800.0 - percent).abs() < 0.02, "{percent}");
+        assert!((accumulator.percentile(0, percent) - 800.0 - percent).abs() < 0.02, "{percent}");
     }
-    assert_eq!(tally.percentile(0, 0.0), tally.min(0));
-    assert_eq!(tally.percentile(0, 100.0), tally.max(0));
+    assert_eq!(accumulator.percentile(0, 0.0), accumulator.min(0));
+    assert_eq!(accumulator.percentile(0, 100.0), accumulator.max(0));
 }
 
 #[test]
 fn no_percentile_is_in_a_gap_of_the_values() {
-    let mut tally = Accumulator::new(&[0.0], &[]);
-    tally.add_block(&[1.0, 1.0, 1.0, 50.0], &[], &[true; 4]);
-    assert!((tally.percentile(0, 50.0) - 1.0).abs() < 0.25);
-    assert_eq!(tally.percentile(0, 95.0), 50.0);
+    let mut accumulator = Accumulator::new(&[0.0], &[]);
+    accumulator.add_block(&[1.0, 1.0, 1.0, 50.0], &[], &[true; 4]);
+    assert!((accumulator.percentile(0, 50.0) - 1.0).abs() < 0.25);
+    assert_eq!(accumulator.percentile(0, 95.0), 50.0);
 }
 
 #[test]
@@ -152,28 +158,28 @@ fn failed_members_are_skipped_and_out_of_range_members_are_excluded_and_counted(
     let (mut outputs, factors) = members(6);
     let honest = tallied(&outputs[9..], &factors[6..]);
     (outputs[0], outputs[5], outputs[6]) = (f64::NAN, 1e300, f64::NAN);
-    let mut tally = Accumulator::new(&REFERENCE, &marginals());
-    tally.add_block(&outputs, &factors, &[true, true, false, true, true, true]);
-    assert_eq!((tally.members(), tally.excluded()), (3, 2));
-    assert_eq!(tally.outputs, honest.outputs);
-    assert_eq!(tally.factors, honest.factors);
+    let mut accumulator = Accumulator::new(&REFERENCE, &marginals());
+    accumulator.add_block(&outputs, &factors, &[true, true, false, true, true, true]);
+    assert_eq!((accumulator.members(), accumulator.excluded()), (3, 2));
+    assert_eq!(accumulator.outputs, honest.outputs);
+    assert_eq!(accumulator.factors, honest.factors);
 }
 
 #[test]
 fn the_largest_deviations_do_not_overflow() {
-    let mut tally = Accumulator::new(&[0.0], &[Marginal::new(0.0, (-1.0, 1.0), SamplingKind::Normal)]);
+    let mut accumulator = Accumulator::new(&[0.0], &[Marginal::new(0.0, (-1.0, 1.0), SamplingKind::Normal)]);
     let far: Vec<f64> =
         (0..20_000).map(|i| if i % 2 == 0 { MAX_OUTPUT_DEVIATION } else { -MAX_OUTPUT_DEVIATION }).collect();
     let factors: Vec<f64> = far.iter().map(|value| -value / MAX_OUTPUT_DEVIATION * MAX_FACTOR_DEVIATION).collect();
-    tally.add_block(&far, &factors, &vec![true; far.len()]);
-    assert_eq!(tally.mean(0), 0.0);
-    assert!((tally.deviation(0) / MAX_OUTPUT_DEVIATION - (20_000.0f64 / 19_999.0).sqrt()).abs() < 1e-14);
-    assert!((tally.correlation(0, 0) + 1.0).abs() < 1e-14);
+    accumulator.add_block(&far, &factors, &vec![true; far.len()]);
+    assert_eq!(accumulator.mean(0), 0.0);
+    assert!((accumulator.deviation(0) / MAX_OUTPUT_DEVIATION - (20_000.0f64 / 19_999.0).sqrt()).abs() < 1e-14);
+    assert!((accumulator.correlation(0, 0) + 1.0).abs() < 1e-14);
 }
 
 #[test]
 fn an_empty_accumulator_has_no_mean() {
-    let tally = Accumulator::new(&REFERENCE, &marginals());
-    assert!(tally.mean(0).is_nan() && tally.percentile(0, 50.0).is_nan());
-    assert_eq!((tally.deviation(0), tally.correlation(0, 0)), (0.0, 0.0));
+    let accumulator = Accumulator::new(&REFERENCE, &marginals());
+    assert!(accumulator.mean(0).is_nan() && accumulator.percentile(0, 50.0).is_nan());
+    assert_eq!((accumulator.deviation(0), accumulator.correlation(0, 0)), (0.0, 0.0));
 }

@@ -43,10 +43,6 @@ const IDLE_FUNCTIONS: &[(&str, &str)] = &[
 /// Mutants that are not detected, by the beginning of their keys, and why.
 const UNDETECTED: &[(&str, &str)] = &[
     ("compensated opaque: Operator(Divide)", "multiplying and dividing by one are the same"),
-    (
-        "conduction surface_state: Operator(Add) `face *",
-        "the last ply of the cases mixes properties as the first one does",
-    ),
     ("conduction open_face_flux: Operator(Add)", "a held face has no flux from outside"),
     ("decomposition mean_decay:", "the first terms of the series are below the rounding of its sum"),
     ("exponential exp_parts: Nudge `", "a millionth of the last term is below the rounding of f32"),
@@ -57,10 +53,6 @@ const UNDETECTED: &[(&str, &str)] = &[
     ),
     ("darcy_flow pass_mask:", "the block at the back has no flux from below"),
     ("gas midpoint_pores:", "the storage of a midpoint is not read"),
-    (
-        "gauges gauges: Extreme(Min) `max`",
-        "matters only while a front passes from the second ply into a third of the same material",
-    ),
     ("gauges gauges: Nudge `real(", "a threshold of conversion, changed by 1e-6"),
     ("member step_length_s: Operator(Add)", "the length after the last step is not used"),
     ("member start: Nudge `1e9`", "an initial value above any temperature"),

@@ -28,6 +28,7 @@ const CASES: &[(&str, &str)] = &[
     ("Darcy flow, absolute enthalpies", ABSOLUTE),
     ("Darcy flow, chained reactions, sealed back", SEALED),
     ("Darcy flow of air", AIR),
+    ("decomposing surface over plies of one material and an inert back", FRONTS),
 ];
 
 const INERT: &str = r#"
@@ -194,6 +195,30 @@ pressure.outside = "hold"
 [gas]
 flow = "darcy"
 gas = "air"
+"#;
+
+/// Fronts pass from the second ply into the third, of the same material; first and last ply have different states.
+const FRONTS: &str = r#"
+decomposition = true
+pressure = "8 kPa"
+ply = [
+    { name = "C", material = "chain", thickness = "0.5 mm" },
+    { name = "F", material = "pyrogel3350", thickness = "0.3 mm" },
+    { name = "G", material = "pyrogel3350", thickness = "0.9 mm" },
+    { name = "I", material = "saffil-96", thickness = "1 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "0.9 mm" }]
+[hot_face]
+kind = "heated"
+radiant_flux.points = [["0 s", "0 W/cm^2"], ["1 s", "14 W/cm^2"], ["28 s", "14 W/cm^2"], ["29 s", "0 W/cm^2"]]
+radiant_flux.outside = "zero"
+[back_face]
+kind = "cooled"
+coefficient = "5 W/m^2/K"
+ambient = "290 K"
+[gas]
+flow = "unhindered"
+gas = "pyrolysis"
 "#;
 
 /// Factors of a case, by group and property; those without a target are left out.
