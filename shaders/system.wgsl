@@ -94,7 +94,8 @@ fn boundary_row(face: u32, cell: u32, step: u32, stage: u32) -> BoundaryRow {
 fn net_heat_flux(at: Position, below: InteriorFaceFlux, from_holder: real, stage: u32, sweep: ForwardSweep) -> real {
     var flux = sweep.conducted - below.conducted;
     if GAS {
-        flux = ((sweep.conducted + sweep.advected) - (below.conducted - below.advected)) - absorbed_heat_at(at.cell, stage);
+        flux = ((sweep.conducted + sweep.advected) - (below.conducted - below.advected))
+            - absorbed_heat_at(at.cell, stage);
     }
     if at.face != NO_FACE {
         flux = flux + boundary_row_of(at.face).flux;

@@ -31,8 +31,8 @@ const SOFT_L1_WIDTH: f64 = 1.0;
 const HUBER_WIDTH: f64 = 1.345;
 
 impl LossFunction {
-    /// Parse `squares`, `robust_loss-l1` or `huber`, the latter two with an optional width in standard deviations (`huber=2`;
-    /// default 1 and 1.345).
+    /// Parse `squares`, `robust_loss-l1` or `huber`, the latter two with an optional width in standard deviations
+    /// (`huber=2`; default 1 and 1.345).
     ///
     /// # Errors
     /// A message, if the name is unknown or the width is not above zero.

@@ -241,7 +241,8 @@ pub fn parse_quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     Ok(value)
 }
 
-/// Scale and offset that convert a unit to SI: `value × scale + one_sided_offset`. The offset is zero except for °C and °F.
+/// Scale and offset that convert a unit to SI: `value × scale + one_sided_offset`. The offset is zero except for °C and
+/// °F.
 ///
 /// # Errors
 /// A message with the expected quantity, if the unit is unknown or of another dimension.

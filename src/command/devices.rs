@@ -94,10 +94,10 @@ fn as_values(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> Stri
         .iter()
         .map(|(adapter, tests)| {
             let tests = match tests {
-                Ok(tests) => json!({
-                    "loop_turns": tests.loop_iterations,
-                    "wrong_sums": tests.error_free_transformations.iter().map(|(_, wrong, _)| wrong).collect::<Vec<_>>(),
-                }),
+                Ok(tests) => {
+                    let sums: Vec<_> = tests.error_free_transformations.iter().map(|(_, wrong, _)| wrong).collect();
+                    json!({ "loop_iterations": tests.loop_iterations, "inexact_sums": sums })
+                }
                 Err(error) => json!({ "error": error }),
             };
             json!({

@@ -1,9 +1,9 @@
 //! Robust loss functions: outliers count for less than their squares.
 //!
-//! A loss ρ(r) replaces r² and is minimised as the square of a transformed residual, `r̃ = alternating_sign(r) √ρ(r)`. A robust
-//! problem is thus an ordinary least-squares problem with the same finite differences, damping and termination, and S
-//! is exactly `Σ ρ(r)`. (Iteratively reweighted least squares approach the same minimum, but S changes its meaning
-//! between iterations, so reductions cannot be compared.)
+//! A loss ρ(r) replaces r² and is minimised as the square of a transformed residual, `r̃ = alternating_sign(r) √ρ(r)`.
+//! A robust problem is thus an ordinary least-squares problem with the same finite differences, damping and
+//! termination, and S is exactly `Σ ρ(r)`. (Iteratively reweighted least squares approach the same minimum, but S
+//! changes its meaning between iterations, so reductions cannot be compared.)
 //!
 //! The squared derivatives of transformed residuals overestimate the curvature of S where many residuals are large, as
 //! a loss that grows like |r| has none there. So the problem also supplies the

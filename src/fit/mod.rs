@@ -97,8 +97,8 @@ pub trait LeastSquares {
     }
 
     /// Weight of each row of the Jacobian J in the curvature of S at these residuals: half of the Hessian of S is
-    /// `Jᵀ W J` with W diagonal, without the second derivatives of the prediction. `Scalar` where every weight is one, as
-    /// in a plain sum of squares. Weights lie between zero and one.
+    /// `Jᵀ W J` with W diagonal, without the second derivatives of the prediction. `Scalar` where every weight is one,
+    /// as in a plain sum of squares. Weights lie between zero and one.
     fn curvature_weights(&self, _residuals: &DVector<f64>) -> Option<DVector<f64>> {
         None
     }

@@ -204,10 +204,8 @@ mod tests {
         assert_eq!(of(&[0.05, 0.05]).selected, [0, 1]);
         let known = of(&[0.05, 0.005]);
         assert_eq!(known.selected, [0]);
-        assert!(
-            matches!(known.dropped[0].reason, DropReason::SmallEffect { share } if share == known.variance_fractions[1]),
-            "{known:?}"
-        );
+        let fraction = known.variance_fractions[1];
+        assert!(matches!(known.dropped[0].reason, DropReason::SmallEffect { share } if share == fraction), "{known:?}");
     }
 
     /// The weak column alone contributes all of the variance, yet its standard error exceeds the prior standard

@@ -9,8 +9,8 @@ use super::compensated::opaque;
 use super::exponential::{decay, exponential, logarithm, power};
 use crate::plan::layout::Reaction;
 
-/// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `kinetics` scales A; `gradient_cosine` is
-/// E/RT.
+/// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `kinetics` scales A;
+/// `gradient_cosine` is E/RT.
 #[inline(always)]
 pub fn arrhenius_rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, steepness: R) -> R {
     let constant = kinetics * R::splat(reaction.rate_1_s) * exponential(-steepness);

@@ -68,7 +68,8 @@ pub struct ErrorEstimate {
     pub tolerance_k: f64,
     /// Error of the nominal member.
     pub nominal_k: f64,
-    /// The largest error of the members at corners of the factors' small bounds that completed; `Scalar` without factors.
+    /// The largest error of the members at corners of the factors' small bounds that completed; `Scalar` without
+    /// factors.
     pub corners_k: Option<f64>,
     /// Gauges of the nominal member; empty without decomposition and gas flow.
     pub gauges: Vec<GaugeError>,

@@ -204,5 +204,5 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_predicts_every_sensor() 
         .with_stderr(&["3 walkers", "at least 4"]);
     run(&scratch, "estimate thin --posterior --mcmc-iterations 3")
         .exited_with(2)
-        .with_stderr(&["--mcmc-iterations 3", "10 at least"]);
+        .with_stderr(&["--mcmc-iterations 3", "expected at least 10"]);
 }

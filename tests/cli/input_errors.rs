@@ -16,7 +16,8 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("\"300 K\"", "\"300 K", ":2:", "invalid basic string"),
 ];
 
-/// Exit code 2, these messages on standard error, nothing on standard output, and no file besides the `released_heat` ones.
+/// Exit code 2, these messages on standard error, nothing on standard output, and no file besides the `released_heat`
+/// ones.
 #[track_caller]
 pub(crate) fn refused(scratch: &Scratch, ran: CommandResult, given: usize, message: &[&str]) {
     let ran = ran.exited_with(2).with_stderr(message);
@@ -138,7 +139,7 @@ fn invalid_arguments_are_reported_with_the_expected_value() {
         ("estimate c --prior wide", "invalid value 'wide'"),
         ("estimate c --starts 0", "--starts 0: expected from 1 to 10000"),
         ("estimate c --profile f_q", "no profile of \"f_q\": it is not estimated; the estimated factors are f_k"),
-        ("estimate c c", "c: there is a case \"c\" already"),
+        ("estimate c c", "c: there is already a case \"c\""),
         ("estimate c missing.toml", "missing.toml: no such file"),
         ("estimate c c --compare c", "cannot be used with"),
         ("estimate c --window 30:0", "expected a start before the end, found 30 s and 0 s"),

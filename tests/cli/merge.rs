@@ -85,7 +85,7 @@ fn files_that_are_not_all_parts_of_one_sweep_are_refused_and_nothing_is_written(
         (vec![p(0, 20), other("-n 61", "drawn.json")], "their samples differ, 61 members by normal, seed 1"),
         (vec![p(0, 20), other("-n 60 --precision f32", "f32.json")], "their backends differ, cpu f32 and cpu f64"),
         (vec![p(0, 20), other("-n 60 --set pressure=1kPa", "set.json")], "their cases differ, c ("),
-        (vec![p(0, 20), "old.json".to_owned()], "made by bondline 0.0.9, expected"),
+        (vec![p(0, 20), "old.json".to_owned()], "written by bondline 0.0.9, expected"),
         (vec!["c/case.toml".to_owned()], "c/case.toml\": not a piece file of `uncertainty --members`"),
         (vec!["p/none.json".to_owned()], "p/none.json\": no such file"),
         (vec!["p".to_owned()], "p\": is a folder: expected a file"),
@@ -148,7 +148,8 @@ fn a_sweep_does_not_store_the_temperatures_of_its_members() {
     assert!(members * 10 * 41 * 8 > MEMORY_KIB * 1024, "the limit is larger than all temperatures");
     // The number of threads is fixed, as each reserves an arena of the allocator and a stack.
     let line = format!(
-        "ulimit -v {MEMORY_KIB} && RAYON_NUM_THREADS=2 MALLOC_ARENA_MAX=1 exec {} uncertainty c -n {members} --backend cpu --json",
+        "ulimit -v {MEMORY_KIB} && RAYON_NUM_THREADS=2 MALLOC_ARENA_MAX=1 \
+         exec {} uncertainty c -n {members} --backend cpu --json",
         env!("CARGO_BIN_EXE_bondline")
     );
     let mut shell = std::process::Command::new("bash");

@@ -8,10 +8,10 @@ mod history; // inverse heat conduction: output, numbers, a file that a case rea
 mod init; // templates
 mod input_errors; // exit code 2: errors with their location, nothing written
 mod merge; // parts of a sweep and their merging; bounded memory
-mod options_without_effect;
+mod options_without_effect; // exit code 2: options and keys that change nothing
 mod sizing_and_coverage; // sizing and coverage studies; independence of the number of threads
 mod studies; // predict, uncertainty, sensitivity, estimate, study, twin
-mod synthetic_observations; // committed synthetic observations against regenerated ones // options and keys without effect
+mod synthetic_observations; // committed synthetic observations, made again
 
 use crate::support::Scratch;
 use std::ffi::OsStr;

@@ -20,7 +20,7 @@ fn an_option_without_effect_is_refused() {
         "begun/case.toml",
         begun.replacen(STATED, "factors = [\"f_k\"]\nbounds = \"large\"\nstart = { f_k = 1.4 }\n", 1),
     );
-    let no_samples = "c: \"TC1\" is chosen and has no samples between 0 s and 30 s; leave it out";
+    let no_samples = "c: sensor \"TC1\" has no samples between 0 s and 30 s; leave it out";
     for (line, message) in [
         (
             "predict c --backend cpu --device H200",

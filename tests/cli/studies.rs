@@ -225,7 +225,7 @@ fn a_nominal_march_that_diverges_is_exit_1_with_its_reason() {
     let scratch = Scratch::new("runaway");
     scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 1e6]", 1));
     let ran = run(&scratch, "predict c --set f_q=1e6").exited_with(1);
-    let ran = ran.with_stderr(&["the nominal march did not arrive: a temperature left 0 to 4,000 K"]);
+    let ran = ran.with_stderr(&["the nominal march failed: a temperature left 0 to 4,000 K"]);
     assert!(ran.stdout.contains("diverged at"), "{}", ran.stdout);
 }
 

@@ -79,7 +79,8 @@ pub fn preamble(precision: Precision) -> String {
     };
     let constants = constants().into_iter().map(|(name, value)| format!("const {name} = {value:?};\n"));
     format!(
-        "alias real = {real};\nconst MANTISSA_BITS = {digits}u;\nconst ROUNDING_CONSTANT = {rounding};\nconst FLUSHES_TINY = {settles};\n"
+        "alias real = {real};\nconst MANTISSA_BITS = {digits}u;\nconst ROUNDING_CONSTANT = {rounding};\n\
+         const FLUSHES_TINY = {settles};\n"
     ) + &constants.collect::<String>()
 }
 
@@ -93,7 +94,8 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, threads: u32, ent
 pub(super) fn column_lengths(plan: &Plan, threads: u32) -> String {
     let (cells, gas, pores, nodes) = (plan.cells(), gas_cells(plan), pore_cells(plan), node_cells(plan, threads));
     format!(
-        "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\nconst NODE_CELLS = {nodes}u;\n"
+        "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
+         const NODE_CELLS = {nodes}u;\n"
     )
 }
 

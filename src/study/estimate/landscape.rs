@@ -213,7 +213,8 @@ fn mixed_derivative(row: &[Tangent], node: usize, residual: usize) -> f64 {
     }
 }
 
-/// Position of the minimum between zero and `last_record`: the lowest of evenly spaced probes, refined by golden section.
+/// Position of the minimum between zero and `last_record`: the lowest of evenly spaced probes, refined by golden
+/// section.
 fn line_minimum(objective: &dyn Fn(f64) -> f64, last: f64) -> f64 {
     let probes = PROBES_PER_INTERVAL * (NODES - 1);
     let place = |probe: usize| last * probe as f64 / probes as f64;

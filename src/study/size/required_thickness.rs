@@ -58,8 +58,8 @@ impl ThicknessSearch {
         Self { thickness_range_m: within_m, above_limit: None, below_limit: None, trials: 0, found: None }
     }
 
-    /// The next trial thickness. `guess_thickness_m` maps a thickness and an excess there, K, to the thickness without excess on
-    /// the nominal curve.
+    /// The next trial thickness. `guess_thickness_m` maps a thickness and an excess there, K, to the thickness without
+    /// excess on the nominal curve.
     pub(super) fn next_trial_m(&self, first_m: f64, guess: impl Fn(f64, f64) -> f64) -> f64 {
         let (low_m, high_m) = self.thickness_range_m;
         let next_m = match (self.above_limit, self.below_limit) {

@@ -84,8 +84,8 @@ impl Histogram {
         head.into_iter().chain(self.counts.iter().map(|&count| i128::from(count)))
     }
 
-    /// Restore a histogram of the same shape from [`to_integers`](Self::to_integers); `Scalar` where they are invalid or
-    /// do not hold `values` values.
+    /// Restore a histogram of the same shape from [`to_integers`](Self::to_integers); `Scalar` where they are invalid
+    /// or do not hold `values` values.
     pub(super) fn restored(self, numbers: &mut dyn Iterator<Item = i128>, values: u64) -> Option<Self> {
         let width_log2 = u32::try_from(numbers.next()?).ok().filter(|&log2| log2 < 48)?;
         let lowest = i64::try_from(numbers.next()?).ok().filter(|lowest| lowest.unsigned_abs() < 1 << 48)?;

@@ -85,8 +85,8 @@ impl Dialect {
         (number, column(line, at))
     }
 
-    /// The number in a cell: NaN if it is missing, [`NOT_FINITE`] if it is not a finite number or has another decimal mark
-    /// than the numbers before.
+    /// The number in a cell: NaN if it is missing, [`NOT_FINITE`] if it is not a finite number or has another decimal
+    /// mark than the numbers before.
     pub(super) fn number(&mut self, cell: &str) -> f64 {
         let cell = cell.trim();
         if cell.is_empty() || MISSING_VALUES.iter().any(|missing| cell.eq_ignore_ascii_case(missing)) {

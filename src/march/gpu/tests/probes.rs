@@ -185,8 +185,10 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             twin: |x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let s = table_index(x[0]); y[0] = real(s.row); y[1] = s.fraction; y[2] = interpolate(table_segment(s, 8u, 4u), 1u);
-                   y[3] = integral(table_segment(s, 8u, 4u), 1u); y[4] = interpolate(column_offset(table_segment(s, 16u, 0u), 4u), 3u);",
+            body: "let s = table_index(x[0]); y[0] = real(s.row); y[1] = s.fraction;
+                   y[2] = interpolate(table_segment(s, 8u, 4u), 1u);
+                   y[3] = integral(table_segment(s, 8u, 4u), 1u);
+                   y[4] = interpolate(column_offset(table_segment(s, 16u, 0u), 4u), 3u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 5,
             twin: |x, tables, y| {
@@ -197,7 +199,8 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let here = solid_properties(table_segment(table_index(x[0]), 16u, 0u), 3u, ConductivityParts(x[1], x[2], x[3]), true);
+            body: "let here = solid_properties(table_segment(table_index(x[0]), 16u, 0u), 3u,
+                       ConductivityParts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
@@ -227,7 +230,8 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let q = surface_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0), Face(x[3], x[5], x[15], 0.0),
+            body: "let q = surface_flux(BoundaryForcing(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0),
+                       Face(x[3], x[5], x[15], 0.0),
                        FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13], x[14]);
                    y[0] = q.flux; y[1] = q.slope;",
             inputs: vec![
