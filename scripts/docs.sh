@@ -35,7 +35,7 @@ if "$renew"; then
     "$environment/bin/python" docs/generate/command_line.py "$program"
     "$environment/bin/python" docs/generate/verification.py "$program"
     # Results of a device, and the plot, depend on its driver.
-    if "$check" && ! diff -r -x twins.csv -x ratios.svg "$before/verification" docs/verification; then
+    if "$check" && ! diff -r -x cross-backend.csv -x ratios.svg "$before/verification" docs/verification; then
         fail 'docs/verification was out of date and is renewed: look at the difference'
     fi
 fi

@@ -39,7 +39,7 @@ GROUPS = {
         "The minimiser against certified answers: the 27 nonlinear sets of NIST's Statistical Reference Datasets from\n"
         "both starts, and the test problems of Moré, Garbow and Hillstrom (1981).",
     ),
-    "twins": (
+    "cross-backend": (
         "CPU against GPU",
         "Every backend against the CPU in double precision. On a device that rounds as IEEE 754 says, GPU and CPU\n"
         "results of the same precision are bit-identical (src/march/gpu/tests, tests/inside/parity.rs).",

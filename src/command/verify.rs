@@ -37,7 +37,7 @@ pub(crate) fn run(as_json: bool, group: Option<&str>, args: &MarchArgs) -> Resul
         (&choice.device, choice.kind, groups.contains(&Group::CrossBackend))
     {
         return Err(input(format!(
-            "--device {device:?}: these groups run on the CPU; give --backend gpu, or --group twins"
+            "--device {device:?}: these groups run on the CPU; give --backend gpu, or --group cross-backend"
         )));
     }
     choice.precision = choice.precision.or(Some(Precision::F64));

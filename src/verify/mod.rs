@@ -58,7 +58,7 @@ impl Group {
             Self::Adapted => "adapted",
             Self::Balance => "balance",
             Self::Fit => "fit",
-            Self::CrossBackend => "twins",
+            Self::CrossBackend => "cross-backend",
         }
     }
 }

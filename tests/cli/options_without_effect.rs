@@ -63,7 +63,7 @@ fn an_option_without_effect_is_refused() {
 #[test]
 fn an_unknown_device_in_verify_gives_exit_code_3() {
     let scratch = Scratch::new("verify-device");
-    run(&scratch, "verify --group twins --device Voodoo2")
+    run(&scratch, "verify --group cross-backend --device Voodoo2")
         .exited_with(3)
         .with_stderr(&["no device is called \"Voodoo2\""]);
 }

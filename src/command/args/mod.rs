@@ -161,7 +161,7 @@ pub(crate) enum Command {
         /// Print the table as JSON
         #[arg(long)]
         json: bool,
-        /// Only the rows of this group: exact, orders, codes, adapted, balance, fit or twins
+        /// Only the rows of this group: exact, orders, codes, adapted, balance, fit or cross-backend
         #[arg(long)]
         group: Option<String>,
         #[command(flatten)]
