@@ -205,8 +205,10 @@ fn written() -> &'static Written {
         std::os::unix::fs::symlink(root().join("cases"), scratch.path().join("cases")).expect("the shipped cases");
         let mut written = Written { names: Names::new(), screens: Vec::new() };
         let measured = "\n[observations]\nfile = \"../measured.csv\"\nsigma = \"1 K\"\n";
-        let gas = CASE
-            .replace("kind = \"heated\"\nflux = {", "kind = \"convective\"\ncoefficient = \"100 W/m^2/K\"\ngas = {");
+        let gas = CASE.replace(
+            "kind = \"heated\"\nflux = {",
+            "kind = \"convective\"\nheat_transfer_coefficient = \"100 W/m^2/K\"\ngas = {",
+        );
         let gas = gas.replace("0 W/cm^2", "300 K").replace("5 W/cm^2", "1300 K");
         scratch.write("bare/case.toml", CASE);
         scratch.write("own/case.toml", CASE.to_owned() + measured);

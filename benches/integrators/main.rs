@@ -193,7 +193,7 @@ impl Diagram {
 
 /// Reference readings of some members by bondline's march with negligible error.
 fn truth(case: &Case, members: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let sets = [("cells", "1024"), ("first_step", "0.0005 s"), ("growth", "0.008"), ("largest_step", "0.05 s")];
+    let sets = [("cells", "1024"), ("first_step", "0.0005 s"), ("step_growth", "0.008"), ("max_step", "0.05 s")];
     let sets = sets.map(|(name, value)| (format!("resolution.{name}"), value.to_owned()));
     let plan = Plan::new(&common::case_with(case.id(), &sets));
     let values = members.iter().flat_map(|columns| columns[1..].to_vec()).collect();

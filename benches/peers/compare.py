@@ -36,8 +36,8 @@ WARMING = 256
 
 
 def resolution(cells, clock):
-    first_s, growth, largest_s = clock
-    clock = {"first_step": f'"{first_s} s"', "growth": growth, "largest_step": f'"{largest_s} s"'}
+    first_s, growth, longest_s = clock
+    clock = {"first_step": f'"{first_s} s"', "step_growth": growth, "max_step": f'"{longest_s} s"'}
     return [f"resolution.{key}={value}" for key, value in {"cells": cells, **clock}.items()]
 
 

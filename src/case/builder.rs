@@ -7,6 +7,7 @@ use super::factor_targets::FactorTargets;
 use super::gas::{BACK_PRESSURE_NEEDS_DARCY, BLOWING_NEEDS_GAS, GasFlow, GasFlowModel};
 use super::layup::{Layup, Ply, Sensor};
 use super::observation::Observation;
+use super::renamed_key::RenamedKeys;
 use super::resolution::Resolution;
 use super::validation::{FieldPath, UniqueNames};
 use super::{Case, EstimationSettings};
@@ -137,6 +138,7 @@ impl CaseBuilder {
             estimate,
             paper_figures,
             resolution,
+            renamed_keys: RenamedKeys::default(),
         })
     }
 
@@ -243,6 +245,7 @@ impl Case {
             estimate,
             paper_figures,
             resolution,
+            renamed_keys: _,
         } = self.clone();
         CaseBuilder {
             id,

@@ -29,7 +29,7 @@ pub struct ThreePartConductivity {
     pub solid_exponent: f64,
     /// Pore classes: volume fraction φ (above one where gas bridges fibre contacts) and characteristic length L_c, m.
     pub pores: Vec<(f64, f64)>,
-    /// Rosseland extinction coefficient β, 1/m; `Scalar` for no radiative part.
+    /// Rosseland extinction coefficient β, 1/m; `None` for no radiative part.
     pub extinction_1_m: Option<f64>,
     /// Whether β is stated per mass and so is proportional to density.
     pub extinction_follows_density: bool,

@@ -75,9 +75,9 @@ impl ReactionScheme {
         if self == Self::Consecutive { reactions.saturating_sub(1) } else { 0 }
     }
 
-    /// Value of the key `sequence` in a material file.
+    /// Value of the key `reaction_scheme` in a material file.
     pub(super) fn key(self) -> &'static str {
-        if self == Self::Consecutive { "chain" } else { "side-by-side" }
+        if self == Self::Consecutive { "consecutive" } else { "parallel" }
     }
 }
 
@@ -262,8 +262,8 @@ impl Decomposition {
         let (count, found) = (self.reactions.len(), self.residues.len());
         let requested = self.scheme.intermediate_count(count) + 1;
         if found != requested {
-            let sequence = self.scheme.key();
-            residues.error(format!("expected {requested} residues of {count} reactions ({sequence}), found {found}"));
+            let scheme = self.scheme.key();
+            residues.error(format!("expected {requested} residues of {count} {scheme} reactions, found {found}"));
         }
         if let PyrolysisHeat::AbsoluteEnthalpies { virgin_j_kg, residues_j_kg, reference_k } = &self.heat {
             let at = at.child("heat");

@@ -1,5 +1,6 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
+use super::renamed_key::RenamedKey;
 use std::cell::RefCell;
 use std::fmt;
 use std::io::{self, ErrorKind};
@@ -12,7 +13,7 @@ pub struct SourceLocation {
     /// A file as the user named it, an override such as `--set pressure=3 kPa`, or the path of a field of a
     /// [`CaseBuilder`](super::CaseBuilder) such as `layup.plies[2].thickness_m`.
     pub file: Arc<str>,
-    /// Line and column, counted from one, the column in characters; `Scalar` for the whole file.
+    /// Line and column, counted from one, the column in characters; `None` for the whole file.
     pub line_column: Option<(usize, usize)>,
 }
 
@@ -84,19 +85,34 @@ pub(super) struct ErrorReported(());
 /// The result of reading a value: its error is recorded, not returned.
 pub(super) type ReadResult<T> = Result<T, ErrorReported>;
 
-/// The errors recorded so far. Reading continues after an error, so that one run reports all of them.
+/// The errors and the old names recorded so far. Reading continues after an error, so that one run reports all of them.
 #[derive(Debug, Default)]
-pub(super) struct Diagnostics(RefCell<Vec<Diagnostic>>);
+pub(super) struct Diagnostics {
+    errors: RefCell<Vec<Diagnostic>>,
+    renamed_keys: RefCell<Vec<RenamedKey>>,
+}
 
 impl Diagnostics {
     pub(super) fn record(&self, place: &SourceLocation, message: impl Into<String>) -> ErrorReported {
-        self.0.borrow_mut().push(Diagnostic { location: place.clone(), message: message.into() });
+        self.errors.borrow_mut().push(Diagnostic { location: place.clone(), message: message.into() });
         ErrorReported(())
+    }
+
+    /// Record an old name, which was read as the new one.
+    pub(super) fn record_renamed(&self, location: &SourceLocation, old: &'static str, new: &'static str) {
+        self.renamed_keys.borrow_mut().push(RenamedKey { location: location.clone(), old, new });
+    }
+
+    /// The old names recorded so far, sorted by position; they are removed here.
+    pub(super) fn take_renamed_keys(&self) -> Vec<RenamedKey> {
+        let mut renamed_keys = self.renamed_keys.take();
+        renamed_keys.sort_by(|a, b| a.location.cmp(&b.location));
+        renamed_keys
     }
 
     /// The value if no error was recorded, else all errors, sorted and without duplicates.
     pub(super) fn into_result<T>(self, read: ReadResult<T>) -> Result<T, CaseError> {
-        let mut faults = self.0.into_inner();
+        let mut faults = self.errors.into_inner();
         faults.sort();
         faults.dedup();
         match read {

@@ -31,8 +31,8 @@ const SOFT_L1_WIDTH: f64 = 1.0;
 const HUBER_WIDTH: f64 = 1.345;
 
 impl LossFunction {
-    /// Parse `squares`, `robust_loss-l1` or `huber`, the latter two with an optional width in standard deviations
-    /// (`huber=2`; default 1 and 1.345).
+    /// Parse `squares`, `soft-l1` or `huber`, the latter two with an optional width in standard deviations (`huber=2`;
+    /// default 1 and 1.345).
     ///
     /// # Errors
     /// A message, if the name is unknown or the width is not above zero.
@@ -60,7 +60,7 @@ pub struct EstimationSettings {
     pub factors: Vec<usize>,
     /// Indices of the sensors to fit; empty for all with observations.
     pub sensors: Vec<usize>,
-    /// Time window of the data, s, for sensors without their own; `Scalar` for the whole exposure.
+    /// Time window of the data, s, for sensors without their own; `None` for the whole exposure.
     pub window_s: Option<(f64, f64)>,
     /// Start value of each of `factors`; empty for the nominal values.
     pub start: Vec<f64>,
@@ -68,7 +68,7 @@ pub struct EstimationSettings {
     pub bounds: Bounds,
     /// Loss function.
     pub loss: LossFunction,
-    /// Gaussian prior: mean at the nominal value, these side constraints at two standard deviations. `Scalar` for no
+    /// Gaussian prior: mean at the nominal value, these side constraints at two standard deviations. `None` for no
     /// prior.
     pub prior: Option<Bounds>,
 }

@@ -14,7 +14,7 @@ pub struct Exposure {
     pub initial_k: Vec<(f64, f64)>,
     /// Gas pressure at the hot face, Pa. Without Darcy flow it is the pressure of the whole layup, used in k(T, p).
     pub pressure_pa: Schedule,
-    /// Gas pressure at a permeable back face, Pa; `Scalar` for a sealed one.
+    /// Gas pressure at a permeable back face, Pa; `None` for a sealed one.
     pub back_pressure_pa: Option<Schedule>,
     /// Lateral heat loss.
     pub holder: Option<Holder>,
@@ -42,7 +42,7 @@ pub enum Face {
 pub struct OpenFace {
     /// Cold-wall heat flux, W/m².
     pub flux_w_m2: Schedule,
-    /// Recovery enthalpy of the hot-wall correction, J/kg; `Scalar` leaves the flux as given.
+    /// Recovery enthalpy of the hot-wall correction, J/kg; `None` leaves the flux as given.
     pub recovery_enthalpy_j_kg: Option<f64>,
     /// Incident radiant flux, W/m²; the absorptivity equals the emissivity (grey surface).
     pub radiant_w_m2: Schedule,

@@ -12,7 +12,7 @@ pub struct Factor {
     pub group: String,
     /// The property to scale.
     pub property: Property,
-    /// The state whose conductivity is scaled, `virgin` or the name of a residue; `Scalar` for all states.
+    /// The state whose conductivity is scaled, `virgin` or the name of a residue; `None` for all states.
     pub state: Option<String>,
     /// Value in the nominal member, within the small side constraints.
     pub nominal: f64,
@@ -74,16 +74,16 @@ const PROPERTIES: [(Property, &str, &str); 18] = [
     (Property::Density, "density", "density"),
     (Property::Emissivity, "emissivity", "emissivity"),
     (Property::Thickness, "thickness", "thickness"),
-    (Property::PreExponential, "kinetics", "rates of reaction"),
+    (Property::PreExponential, "pre_exponential", "rates of reaction"),
     (Property::ActivationEnergy, "activation_energy", "activation energies"),
     (Property::PyrolysisHeat, "pyrolysis_heat", "heat of pyrolysis"),
     (Property::CharYield, "char_yield", "char yield"),
     (Property::Permeability, "permeability", "permeability"),
     (Property::Heating, "heating", "heating of the hot face"),
-    (Property::ContactConductance, "contact", "contact conductance"),
-    (Property::BackFaceLoss, "loss", "losses from the back face"),
-    (Property::HolderLoss, "holder", "losses to the holder"),
-    (Property::SensorDepth, "depth", "depth"),
+    (Property::ContactConductance, "contact_conductance", "contact conductance"),
+    (Property::BackFaceLoss, "back_face_loss", "losses from the back face"),
+    (Property::HolderLoss, "holder_loss", "losses to the holder"),
+    (Property::SensorDepth, "sensor_depth", "depth"),
 ];
 
 impl Property {
@@ -257,7 +257,7 @@ impl Bounds {
 }
 
 impl Factor {
-    /// A name that `--set MAX_NAME_CHARS=VALUE` and `--start MAX_NAME_CHARS=VALUE,…` can parse.
+    /// A name that `--set NAME=VALUE` and `--start NAME=VALUE,…` can parse.
     pub(super) fn checked_name(name: &str) -> Result<&str, String> {
         if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
             return Ok(name);

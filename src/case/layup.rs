@@ -51,7 +51,7 @@ impl Ply {
 pub struct Layup {
     /// From the hot face to the back face, at least one.
     pub plies: Vec<Ply>,
-    /// Contact conductance of each interface, one fewer than plies, W/m²/K; `Scalar` for perfect contact.
+    /// Contact conductance of each interface, one fewer than plies, W/m²/K; `None` for perfect contact.
     pub contacts_w_m2_k: Vec<Option<f64>>,
     /// Depth of the first marched face below the hot face, m: above zero if that face is held at a thermocouple in
     /// depth. `plies` are then those below it, the first with its remaining thickness.

@@ -36,9 +36,9 @@ pub struct Material {
     pub emissivity_provenance: Provenance,
     /// Virgin porosity and permeability.
     pub pores: Pores,
-    /// Provenance of the pores; `Scalar` if the permeability is unknown.
+    /// Provenance of the pores; `None` if the permeability is unknown.
     pub pores_provenance: Option<Provenance>,
-    /// Thermal decomposition; `Scalar` for an inert material.
+    /// Thermal decomposition; `None` for an inert material.
     pub decomposition: Option<Decomposition>,
 }
 

@@ -19,6 +19,7 @@ pub mod library;
 mod material;
 mod observation;
 mod provenance;
+mod renamed_key;
 mod resolution;
 mod suggestion;
 mod table;
@@ -41,8 +42,11 @@ pub use layup::{Layup, Ply, Sensor, Side};
 pub use material::Material;
 pub use observation::Observation;
 pub use provenance::{Provenance, SourceKind};
+pub use renamed_key::RenamedKey;
 pub use resolution::Resolution;
 pub use table::{OutOfRange, Schedule, Table};
+
+use renamed_key::RenamedKeys;
 
 /// A layup, its exposure, sensors, scale factors and observations; validated and immutable.
 ///
@@ -74,6 +78,8 @@ pub struct Case {
     pub(crate) estimate: EstimationSettings,
     pub(crate) paper_figures: Vec<(String, Vec<usize>)>,
     pub(crate) resolution: Resolution,
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) renamed_keys: RenamedKeys,
 }
 
 impl Case {
@@ -107,7 +113,7 @@ impl Case {
         &self.exposure
     }
 
-    /// Gas transport; `Scalar` where no gas flows.
+    /// Gas transport; `None` where no gas flows.
     pub fn gas(&self) -> Option<&GasFlow> {
         self.gas.as_ref()
     }
@@ -140,6 +146,12 @@ impl Case {
     /// Resolution in space and time.
     pub fn resolution(&self) -> Resolution {
         self.resolution
+    }
+
+    /// Keys and values that the files of the case, or its overrides, still have under an old name, by file and line.
+    /// They are no part of the content; a case from a builder has none.
+    pub fn renamed_keys(&self) -> &[RenamedKey] {
+        &self.renamed_keys.0
     }
 
     /// The case with other estimation settings, which the caller has validated.

@@ -13,7 +13,7 @@ const MIN_CELLS_PER_PLY: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Resolution {
-    /// Tolerance of the discretisation error, to which cells and time steps are adapted, K; `Scalar` if the case states
+    /// Tolerance of the discretisation error, to which cells and time steps are adapted, K; `None` if the case states
     /// them.
     pub tolerance_k: Option<f64>,
     /// Cells of the layup, distributed over the plies by diffusion time; at least four per ply.
@@ -43,7 +43,7 @@ impl Resolution {
         if growth > 0.0 && growth <= 1.0 {
             return Ok(growth);
         }
-        Err(format!("expected a growth above 0 and at most 1, found {growth}"))
+        Err(format!("expected a step growth above 0 and at most 1, found {growth}"))
     }
 
     /// The interval between output instants, s.

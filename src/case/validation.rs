@@ -97,7 +97,7 @@ impl<'a> FieldPath<'a> {
         self.diagnostics.record(&SourceLocation::without_line(self.path.as_str()), message);
     }
 
-    /// The value, or `Scalar` after recording the message of the rule.
+    /// The value, or `None` after recording the message of the rule.
     pub(super) fn require<T>(&self, rule: Result<T, String>) -> Option<T> {
         rule.map_err(|message| self.error(message)).ok()
     }

@@ -2,13 +2,14 @@
 
 use crate::command::args::MergeArgs;
 use crate::command::exit::{Failure, Output};
-use crate::command::run::{output_text, too_many_failed};
+use crate::command::run::{output_text, print_renamed_keys, too_many_failed};
 use bondline::report::files::OutputFolder;
 use bondline::session;
 use std::path::PathBuf;
 
 pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     let answers = session::merge(&merge.parts, merge.case.as_deref())?;
+    print_renamed_keys(answers.case.renamed_keys());
     let id = answers.case.id();
     let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
     let folder = OutputFolder::open(&out, id, merge.force)?;

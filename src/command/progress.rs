@@ -92,7 +92,7 @@ impl ProgressTracker for RemainingTime {
     }
 }
 
-/// The time for the remaining members at the mean rate up to the last batch, less the time since that batch; `Scalar`
+/// The time for the remaining members at the mean rate up to the last batch, less the time since that batch; `None`
 /// before the first batch.
 fn remaining_time(elapsed: Duration, completed: u64, remaining: u64, since_batch: Duration) -> Option<Duration> {
     (completed > 0).then(|| elapsed.mul_f64(remaining as f64 / completed as f64).saturating_sub(since_batch))

@@ -1,11 +1,12 @@
 //! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
 use crate::command::args::convert;
+use crate::command::args::renamed;
 use crate::command::args::{CaseArgs, MarchArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::progress::MarchProgress;
 use bondline::Session;
-use bondline::case::Case;
+use bondline::case::{Case, RenamedKey};
 use bondline::report::files::OutputFolder;
 use bondline::session::Answers;
 use bondline::study::uncertainty::{self, failure_reason};
@@ -103,5 +104,14 @@ pub(crate) fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &Mar
 
 /// The case, with the changes by `--set`.
 pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
-    Ok(Case::load_with(path, &convert::sets(&march.sets)?)?)
+    let case = Case::load_with(path, &convert::sets(&march.sets)?)?;
+    print_renamed_keys(case.renamed_keys());
+    Ok(case)
+}
+
+/// Print a note on every old name in a file.
+pub(crate) fn print_renamed_keys(renamed_keys: &[RenamedKey]) {
+    for key in renamed_keys {
+        eprintln!("{}", renamed::note(key));
+    }
 }

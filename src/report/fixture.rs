@@ -228,6 +228,7 @@ fn case() -> Case {
             ..EstimationSettings::default()
         },
         paper_figures: Vec::new(),
+        renamed_keys: Default::default(),
         resolution: Resolution {
             tolerance_k: None,
             cells: 64,

@@ -8,7 +8,6 @@ use crate::case::library::material_ids;
 use crate::case::{Conductivity, Material, OutOfRange, Table};
 use crate::case::{Provenance, SourceKind, ThreePartConductivity};
 use braille::{Curve, chart};
-use std::path::Path;
 
 const WIDTH: usize = 78;
 /// Pressures of the tables and curves: sea level and two arc-jet runs.
@@ -68,23 +67,18 @@ pub fn show(material: &Material) -> String {
     text
 }
 
-/// Check a material file, and summarise it if it is valid.
-///
-/// # Errors
-/// All errors of the file.
-pub fn check(path: &Path) -> Result<String, CaseError> {
-    let material = Material::load(path)?;
+/// Name, density, and the other properties at 300 K and one atmosphere.
+pub fn summary(material: &Material) -> String {
     let k: f64 = material.conductivity.parts(AMBIENT_K, PRESSURES_PA[0].0).iter().sum();
     let (low, high) = material.conductivity.range_k();
     let range = if low.is_finite() { format!("tabulated from {low} to {high} K") } else { "constant".to_owned() };
-    Ok(format!(
-        "{}: ok\n  {}, {} kg/m³\n  at 300 K and 1 atm: k {k:.4} W/m/K ({range}), c_p {:.0} J/kg/K, ε {:.2}\n",
-        path.display(),
+    format!(
+        "  {}, {} kg/m³\n  at 300 K and 1 atm: k {k:.4} W/m/K ({range}), c_p {:.0} J/kg/K, ε {:.2}\n",
         material.name,
         material.density_kg_m3,
         material.heat_capacity.at(AMBIENT_K),
         material.emissivity.at(AMBIENT_K),
-    ))
+    )
 }
 
 fn provenances(material: &Material) -> [&Provenance; 4] {
@@ -275,17 +269,17 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_a_material_file_have_their_line_and_a_valid_file_is_ok() {
+    fn errors_of_a_material_file_have_their_line_and_a_valid_file_is_summarised() {
         let folder = std::env::temp_dir().join(format!("bondline-check-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder for temporary files");
         let path = folder.join("mine.toml");
         let whole = include_str!("../../data/materials/akk.toml");
         std::fs::write(&path, whole).expect("a file in a temporary folder");
-        let ok = check(&path).unwrap_or_else(|error| panic!("{error}"));
-        assert!(ok.contains("mine.toml: ok") && ok.contains("k 0.1000 W/m/K (constant)"), "{ok}");
+        let text = summary(&Material::load(&path).unwrap_or_else(|error| panic!("{error}")));
+        assert!(text.contains("at 300 K and 1 atm: k 0.1000 W/m/K (constant)"), "{text}");
         let spoiled = whole.replace("0.10 W/m/K", "0.10 W/m").replace("400, 500", "500, 400");
         std::fs::write(&path, spoiled).expect("a file in a temporary folder");
-        let error = check(&path).expect_err("two faults").to_string();
+        let error = Material::load(&path).expect_err("two faults").to_string();
         assert!(error.contains("mine.toml:12:29: expected a temperature above 500 K, found 400 K"), "{error}");
         assert!(error.contains("mine.toml:20:9: wrong dimension: expected a conductivity"), "{error}");
         assert!(error.ends_with("2 errors"), "{error}");

@@ -157,6 +157,7 @@ impl Problem {
             correlation: Default::default(),
             estimate: EstimationSettings::default(),
             paper_figures: Vec::new(),
+            renamed_keys: Default::default(),
             resolution: Resolution {
                 tolerance_k: None,
                 cells,

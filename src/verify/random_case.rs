@@ -78,7 +78,7 @@ impl CaseWriter {
         } else if is_decomposing && self.bernoulli(0.2) {
             self.push_line("[gas]\nflow = \"unhindered\"\ngas = \"pyrolysis\"");
         }
-        self.push_line(&format!("[resolution]\nevery = \"{} s\"", duration_s / 100.0));
+        self.push_line(&format!("[resolution]\noutput_interval = \"{} s\"", duration_s / 100.0));
         self.toml
     }
 
@@ -141,7 +141,7 @@ impl CaseWriter {
                 let coefficient = self.log_uniform(20.0, 500.0);
                 let gas = self.schedule(duration_s, 300.0, 1500.0, "K");
                 self.push_line(&format!(
-                    "kind = \"convective\"\ncoefficient = \"{coefficient:.0} W/m^2/K\"\ngas = {gas}"
+                    "kind = \"convective\"\nheat_transfer_coefficient = \"{coefficient:.0} W/m^2/K\"\ngas = {gas}"
                 ));
             }
             _ => {
@@ -158,7 +158,7 @@ impl CaseWriter {
             1 => {
                 let coefficient = self.log_uniform(5.0, 100.0);
                 self.push_line(&format!(
-                    "kind = \"cooled\"\ncoefficient = \"{coefficient:.0} W/m^2/K\"\nambient = \"300 K\""
+                    "kind = \"cooled\"\nheat_transfer_coefficient = \"{coefficient:.0} W/m^2/K\"\nambient = \"300 K\""
                 ));
             }
             2 => {

@@ -96,7 +96,7 @@ fn outliers_spoil_least_squares_and_not_a_robust_estimate() {
     for loss in ["huber", "soft-l1", "huber=2"] {
         assert!(error(&format!("--loss {loss}")) < 0.3 * squares, "{loss}: error of least squares {squares}");
     }
-    assert_eq!(estimated(&scratch, "c", "--loss huber")["loss"], "huber=1.345");
+    assert_eq!(estimated(&scratch, "c", "--loss huber")["loss_function"], "huber=1.345");
 }
 
 #[test]

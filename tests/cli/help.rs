@@ -97,6 +97,36 @@ fn completions_and_manual_pages_cover_every_subcommand() {
 }
 
 #[test]
+fn old_keys_of_files_and_overrides_are_noted_once_and_leave_the_fingerprint_unchanged() {
+    let note = |renaming: &str| format!("note: {renaming}; the old name will go with version 0.2\n");
+    let scratch = Scratch::new("renamed-keys");
+    scratch.write("c/case.toml", CASE);
+    let predicted = |line: &str| {
+        let ran = run(&scratch, &format!("predict c --json --quiet {line}")).succeeded();
+        (ran.json()["sensors"].clone(), ran.stderr)
+    };
+    let (current, none) = predicted("");
+    let (set, set_note) = predicted("--set resolution.every=1s");
+    assert_eq!((set, none.as_str()), (current.clone(), ""));
+    assert_eq!(set_note, note("--set resolution.every=1s: \"every\" is now \"output_interval\""));
+    for (first, end) in [(0, 10), (10, 20)] {
+        run(&scratch, &format!("uncertainty c -n 20 --members {first}..{end} --quiet --out p{first}.json")).succeeded();
+    }
+
+    scratch.write("c/case.toml", CASE.replace("output_interval", "every"));
+    let file_note = note("c/case.toml:48: \"every\" is now \"output_interval\"");
+    assert_eq!(predicted(""), (current, file_note.clone()));
+    let merged = run(&scratch, "merge p0.json p10.json").succeeded();
+    assert_eq!(merged.stderr, file_note);
+
+    let material = include_str!("../../data/materials/akk.toml");
+    scratch.write("akk.toml", material.replacen("mass_loss", "loss", 1));
+    let checked = run(&scratch, "materials check akk.toml").succeeded();
+    assert_eq!(checked.stderr, note("akk.toml:48: \"loss\" is now \"mass_loss\""));
+    assert!(checked.stdout.starts_with("akk.toml: ok\n"), "{}", checked.stdout);
+}
+
+#[test]
 fn old_option_names_do_what_the_new_ones_do_and_say_so() {
     let scratch = Scratch::new("renamed");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);

@@ -57,7 +57,7 @@ fn a_recovered_gas_temperature_is_in_kelvin_and_can_be_read_by_a_case() {
     let scratch = Scratch::new("history-gas");
     let convective = |gas: &str| {
         CASE.replace("\"heated\"", "\"convective\"")
-            .replace(FLUX, &format!("coefficient = \"60 W/m^2/K\"\ngas = {gas}"))
+            .replace(FLUX, &format!("heat_transfer_coefficient = \"60 W/m^2/K\"\ngas = {gas}"))
     };
     let through = |points: &str| format!("{{ points = [{points}], outside = \"hold\" }}");
     let hotter = through(r#"["0 s", "300 K"], ["1 s", "1430 K"]"#);

@@ -16,8 +16,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("\"300 K\"", "\"300 K", ":2:", "invalid basic string"),
 ];
 
-/// Exit code 2, these messages on standard error, nothing on standard output, and no file besides the `released_heat`
-/// ones.
+/// Exit code 2, these messages on standard error, nothing on standard output, and no file besides the `given` ones.
 #[track_caller]
 pub(crate) fn refused(scratch: &Scratch, ran: CommandResult, given: usize, message: &[&str]) {
     let ran = ran.exited_with(2).with_stderr(message);
@@ -62,8 +61,8 @@ fn an_invalid_loss_or_prior_is_reported_with_line_and_column() {
     let scratch = Scratch::new("faults-objective");
     let line = 1 + CASE.lines().position(|line| line.starts_with("sensors = ")).expect("a line");
     for (key, column, message) in [
-        ("loss = \"cauchy\"", 8, "expected squares, soft-l1 or huber"),
-        ("loss = \"huber=-1\"", 8, "expected a width in standard deviations above zero"),
+        ("loss_function = \"cauchy\"", 17, "expected squares, soft-l1 or huber"),
+        ("loss_function = \"huber=-1\"", 17, "expected a width in standard deviations above zero"),
         ("prior = \"wide\"", 9, "expected \"small\" or \"large\", found \"wide\""),
     ] {
         scratch.write("c/case.toml", CASE.replacen("sensors = ", &format!("{key}\nsensors = "), 1) + OBSERVATIONS);
@@ -76,7 +75,7 @@ fn cases_that_cannot_be_fitted_together_are_refused_with_the_reason() {
     let scratch = Scratch::new("faults-together");
     let text = CASE.to_owned() + OBSERVATIONS;
     scratch.write("a/case.toml", &text);
-    scratch.write("b/case.toml", text.replacen("window = ", "loss = \"huber\"\nwindow = ", 1));
+    scratch.write("b/case.toml", text.replacen("window = ", "loss_function = \"huber\"\nwindow = ", 1));
     scratch.write("c/case.toml", text.replacen("small = [0.8, 1.2]", "nominal = 1.5\nsmall = [1.4, 1.6]", 1));
     scratch.write("d/case.toml", text.replace("f_k", "f_other"));
     scratch.write("e/case.toml", CASE);

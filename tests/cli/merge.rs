@@ -142,7 +142,7 @@ fn an_invalid_range_of_members_is_refused_with_the_expected_form() {
 fn a_sweep_does_not_store_the_temperatures_of_its_members() {
     let scratch = Scratch::new("memory");
     let more: Vec<String> = (1..9).map(|n| format!("[[sensor]]\nname = \"D{n}\"\ndepth = \"0.{n} mm\"\n")).collect();
-    let coarse = CASE.replacen("cells = 16", "cells = 8\nlargest_step = \"4 s\"\ngrowth = 1.0", 1);
+    let coarse = CASE.replacen("cells = 16", "cells = 8\nmax_step = \"4 s\"\nstep_growth = 1.0", 1);
     scratch.write("c/case.toml", coarse.replacen("[hot_face]", &(more.concat() + "\n[hot_face]"), 1));
     let members = 100_000;
     assert!(members * 10 * 41 * 8 > MEMORY_KIB * 1024, "the limit is larger than all temperatures");

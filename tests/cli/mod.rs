@@ -3,7 +3,7 @@
 mod data_selection; // windows and standard deviations of single thermocouples
 mod devices; // devices, missing backends, materials, verification
 mod estimates; // several cases, losses, priors, multi-start, profiles, posterior
-mod help; // examples, completions, manual pages, old option names
+mod help; // examples, completions, manual pages, old names of options and keys
 mod history; // inverse heat conduction: output, numbers, a file that a case reads
 mod init; // templates
 mod input_errors; // exit code 2: errors with their location, nothing written
@@ -65,7 +65,7 @@ window = ["0 s", "30 s"]
 
 [resolution]
 cells = 16
-every = "1 s"
+output_interval = "1 s"
 "#;
 
 /// Observations to append to the case: few, and far from its prediction.

@@ -21,16 +21,16 @@ pub(super) const PROPERTIES: [(Property, &str); 18] = [
     (Property::Density, "density"),
     (Property::Emissivity, "emissivity"),
     (Property::Thickness, "thickness"),
-    (Property::PreExponential, "kinetics"),
+    (Property::PreExponential, "pre_exponential"),
     (Property::ActivationEnergy, "activation_energy"),
     (Property::PyrolysisHeat, "pyrolysis_heat"),
     (Property::CharYield, "char_yield"),
     (Property::Permeability, "permeability"),
     (Property::Heating, "heating"),
-    (Property::ContactConductance, "contact"),
-    (Property::BackFaceLoss, "loss"),
-    (Property::HolderLoss, "holder"),
-    (Property::SensorDepth, "depth"),
+    (Property::ContactConductance, "contact_conductance"),
+    (Property::BackFaceLoss, "back_face_loss"),
+    (Property::HolderLoss, "holder_loss"),
+    (Property::SensorDepth, "sensor_depth"),
 ];
 
 /// Index of a property in [`PROPERTIES`]; the match is exhaustive, so a new property fails to compile until it is
@@ -107,8 +107,8 @@ impl Text {
     }
 }
 
-const RESOLUTION: &str = "[resolution]\ncells = 28\nfirst_step = \"20 ms\"\ngrowth = 0.1\nlargest_step = \"0.5 s\"\n\
-                          every = \"2 s\"";
+const RESOLUTION: &str = "[resolution]\ncells = 28\nfirst_step = \"20 ms\"\nstep_growth = 0.1\nmax_step = \"0.5 s\"\n\
+                          output_interval = \"2 s\"";
 
 /// A flux that rises within a second, holds, and falls, W/cm².
 fn flux(key: &str, w_cm2: f64) -> String {
@@ -119,7 +119,7 @@ fn flux(key: &str, w_cm2: f64) -> String {
 }
 
 const SOLID: [&str; 3] = ["conductivity", "heat_capacity", "thickness"];
-const KINETICS: [&str; 4] = ["kinetics", "activation_energy", "pyrolysis_heat", "char_yield"];
+const KINETICS: [&str; 4] = ["pre_exponential", "activation_energy", "pyrolysis_heat", "char_yield"];
 const PARTS: [&str; 3] = ["conductivity.solid", "conductivity.gas", "conductivity.radiative"];
 
 /// The cases of a seed, named by kind.

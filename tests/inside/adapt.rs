@@ -116,7 +116,7 @@ depth = "0.05 mm"
 [back_face]
 {ramp}
 [resolution]
-every = "0.25 s"
+output_interval = "0.25 s"
 "#
     );
     let case = Case::from_toml(&toml, "sample", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"));

@@ -206,7 +206,7 @@ fn a_contact_factor_of_a_group_scales_only_the_interfaces_below_its_plies() {
 #[test]
 fn a_contact_factor_that_scales_nothing_or_what_another_scales_is_refused() {
     let factor = |name: &str, group: &str| {
-        format!("[[factor]]\nname = \"{name}\"\nproperty = \"contact\"\n{group}small = [0.5, 2.0]\n")
+        format!("[[factor]]\nname = \"{name}\"\nproperty = \"contact_conductance\"\n{group}small = [0.5, 2.0]\n")
     };
     let (top, base) = ("group = \"TOP\"\n", "group = \"BASE\"\n");
     assert_eq!(written(&factor("f_h", top)).expect("nothing is wrong").factors()[0].group, "TOP");
@@ -306,7 +306,7 @@ fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
     refused(&side("below = \"BASE\"", "below"), "a side needs a sensor on an interface of two plies");
     refused(&side("below = \"TOP\"", "beneath"), "expected above, below or both, found \"beneath\"");
     let factor = |group: &str, bounds: &str| {
-        format!("[[factor]]\nname = \"f_d\"\nproperty = \"depth\"\ngroup = \"{group}\"\nsmall = {bounds}\n")
+        format!("[[factor]]\nname = \"f_d\"\nproperty = \"sensor_depth\"\ngroup = \"{group}\"\nsmall = {bounds}\n")
     };
     assert_eq!(written(&factor("TC1", "[0.8, 1.2]")).expect("nothing is wrong").factors()[0].group, "TC1");
     refused(&factor("TC9", "[0.8, 1.2]"), "unknown sensor \"TC9\": did you mean \"TC1\"?");
@@ -371,7 +371,7 @@ fn refused(more: &str, reason: &str) {
 fn a_holder_is_read_with_its_units_and_invalid_ones_are_refused() {
     const HOLDER: &str = "[holder]\nconductance = \"20 kW/m^3/K\"\ntemperature.outside = \"hold\"\n\
          temperature.points = [[\"0 s\", \"300 K\"], [\"9 s\", \"310 K\"]]\n";
-    const FACTOR: &str = "[[factor]]\nname = \"f_g\"\nproperty = \"holder\"\nsmall = [0.5, 2.0]\n";
+    const FACTOR: &str = "[[factor]]\nname = \"f_g\"\nproperty = \"holder_loss\"\nsmall = [0.5, 2.0]\n";
     let case = written(&format!("{HOLDER}{FACTOR}")).expect("nothing is wrong");
     let holder = case.exposure().holder.as_ref().expect("it is written");
     assert_eq!((holder.conductance_w_m3_k, holder.temperature_k.after(9.0)), (20e3, 310.0));

@@ -21,20 +21,20 @@ pub(super) struct VirginProperties {
 }
 
 pub(super) fn decomposition(section: &TableReader<'_>, virgin: &VirginProperties) -> ReadResult<Decomposition> {
-    let sequence = keyword(
+    let schemes = [ReactionScheme::Parallel, ReactionScheme::Consecutive].map(|scheme| (scheme.key(), scheme));
+    let scheme = keyword(section, "reaction_scheme", &schemes);
+    let mixture_rule = keyword(
         section,
-        "sequence",
-        &[("side-by-side", ReactionScheme::Parallel), ("chain", ReactionScheme::Consecutive)],
+        "mixture_rule",
+        &[("mass", MixtureRule::MassFractions), ("volume", MixtureRule::VolumeFractions)],
     );
-    let mixing =
-        keyword(section, "mixing", &[("mass", MixtureRule::MassFractions), ("volume", MixtureRule::VolumeFractions)]);
     let absolute = keyword(section, "heat", &[("of-reaction", false), ("absolute", true)]);
     let shrinkage = section.optional("shrinkage").map_or(Ok(0.0), shrinkage);
     let provenance = provenance(section);
-    let (sequence, absolute) = (sequence?, absolute?);
-    let reactions = reactions(section, sequence, absolute, virgin.density_kg_m3);
+    let (scheme, absolute) = (scheme?, absolute?);
+    let reactions = reactions(section, scheme, absolute, virgin.density_kg_m3);
     let levels = absolute.then(|| virgin_enthalpy_and_reference(section));
-    let residues = residues(section, sequence, absolute, virgin, reactions.as_deref().ok());
+    let residues = residues(section, scheme, absolute, virgin, reactions.as_deref().ok());
     section.deny_unknown_keys();
     let (reactions, (residues, residues_j_kg)) = (reactions?, residues?);
     let heat = match levels.transpose()? {
@@ -43,8 +43,8 @@ pub(super) fn decomposition(section: &TableReader<'_>, virgin: &VirginProperties
         }
         None => PyrolysisHeat::HeatsOfReaction,
     };
-    let (mixing, shrinkage, provenance) = (mixing?, shrinkage?, provenance?);
-    Ok(Decomposition { reactions, scheme: sequence, residues, mixture_rule: mixing, heat, shrinkage, provenance })
+    let (mixture_rule, shrinkage, provenance) = (mixture_rule?, shrinkage?, provenance?);
+    Ok(Decomposition { reactions, scheme, residues, mixture_rule, heat, shrinkage, provenance })
 }
 
 fn shrinkage(written: ValueReader<'_>) -> ReadResult<f64> {
@@ -62,7 +62,7 @@ fn virgin_enthalpy_and_reference(section: &TableReader<'_>) -> ReadResult<(f64, 
 
 fn reactions(
     section: &TableReader<'_>,
-    sequence: ReactionScheme,
+    scheme: ReactionScheme,
     absolute: bool,
     density_kg_m3: f64,
 ) -> ReadResult<Vec<Reaction>> {
@@ -70,27 +70,30 @@ fn reactions(
     if sections.is_empty() {
         return Err(section.error("no reaction: expected at least one [[decomposition.reaction]]"));
     }
-    let reactions = collect_all(sections.iter().map(|section| reaction(section, sequence, absolute, density_kg_m3)))?;
+    let reactions = collect_all(sections.iter().map(|section| reaction(section, scheme, absolute, density_kg_m3)))?;
     section.require(Decomposition::check_char_remains(&reactions)).map(|()| reactions)
 }
 
 fn reaction(
     section: &TableReader<'_>,
-    sequence: ReactionScheme,
+    scheme: ReactionScheme,
     absolute: bool,
     density_kg_m3: f64,
 ) -> ReadResult<Reaction> {
     let order = section.required("order", "the order of the reaction, such as 1").and_then(order);
-    let loss = match section.optional("loss") {
+    let loss = match section.optional("mass_loss") {
         Some(written) => mass_loss(written).map(|loss| (loss, 1.0)),
-        None if sequence == ReactionScheme::Consecutive => {
-            Err(section.error("missing key \"loss\": expected the mass loss of each reaction of a chain, such as 0.3"))
+        None if scheme == ReactionScheme::Consecutive => {
+            let expected = "expected the mass loss of each consecutive reaction, such as 0.3";
+            Err(section.error(format!("missing key \"mass_loss\": {expected}")))
         }
         None => component(section, density_kg_m3),
     };
-    let rate_1_s = section.positive("rate", Dimension::Rate);
-    let activation = section.required("activation", Dimension::MolarEnergy.name_and_example()).and_then(activation);
-    let onset_k = section.optional("onset").map_or(Ok(0.0), |written| written.quantity(Dimension::Temperature));
+    let rate_1_s = section.positive("pre_exponential", Dimension::Rate);
+    let activation =
+        section.required("activation_energy", Dimension::MolarEnergy.name_and_example()).and_then(activation);
+    let onset_k =
+        section.optional("onset_temperature").map_or(Ok(0.0), |written| written.quantity(Dimension::Temperature));
     let heat_j_kg = match section.optional("heat") {
         Some(written) if absolute => Err(written.error(PyrolysisHeat::ABSOLUTE_EXCLUDES_REACTION_HEAT)),
         Some(written) => written.quantity(Dimension::SpecificEnthalpy),
@@ -118,7 +121,7 @@ fn mass_loss(written: ValueReader<'_>) -> ReadResult<f64> {
 /// Mass loss of a component as in CMA and FIAT, given by its volume share and its densities, and its reactive fraction
 /// (ρ_v − ρ_c)/ρ_v. With ξ = (ρ_v − ρ)/(ρ_v − ρ_c) the rate constant becomes A ((ρ_v − ρ_c)/ρ_v)^(m−1).
 fn component(section: &TableReader<'_>, density_kg_m3: f64) -> ReadResult<(f64, f64)> {
-    let share = section.required("volume_share", "a key `loss`, or the volume share of a component");
+    let share = section.required("volume_share", "a key `mass_loss`, or the volume share of a component");
     let share = share.and_then(|written| written.positive(Dimension::Fraction));
     let virgin_kg_m3 = section.positive("virgin_density", Dimension::Density);
     let left = section.required("char_density", Dimension::Density.name_and_example());
@@ -150,7 +153,7 @@ fn activation(written: ValueReader<'_>) -> ReadResult<f64> {
 /// The residues, and their absolute enthalpies if stated.
 fn residues(
     section: &TableReader<'_>,
-    sequence: ReactionScheme,
+    scheme: ReactionScheme,
     absolute: bool,
     virgin: &VirginProperties,
     reactions: Option<&[Reaction]>,
@@ -158,12 +161,12 @@ fn residues(
     let char = section.optional("char").map(ValueReader::section).transpose();
     let mut sections = section.array_of_tables("intermediate")?;
     if let Some(reactions) = reactions {
-        let requested = sequence.intermediate_count(reactions.len());
+        let requested = scheme.intermediate_count(reactions.len());
         if sections.len() != requested {
-            let order = sequence.key();
+            let kind = scheme.key();
             let (met, count) = (sections.len(), reactions.len());
             let message = format!(
-                "expected {requested} [[decomposition.intermediate]] for {count} reactions ({order}), found {met}"
+                "expected {requested} [[decomposition.intermediate]] for {count} {kind} reactions, found {met}"
             );
             return Err(section.error(message));
         }
@@ -194,7 +197,7 @@ fn residues(
     Ok((residues, if absolute { enthalpies } else { Vec::new() }))
 }
 
-/// `density_kg_m3` follows from the mass losses; `Scalar` if these are wrong.
+/// `density_kg_m3` follows from the mass losses; `None` if these are wrong.
 fn residue(
     section: &TableReader<'_>,
     intermediate: bool,

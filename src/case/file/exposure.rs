@@ -115,15 +115,17 @@ fn heated_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Rea
     let flux_w_m2 = flux.map_or_else(zero, |written| schedules.read(written, Dimension::HeatFlux));
     let radiant_w_m2 = radiant.map_or_else(zero, |written| schedules.read(written, Dimension::HeatFlux));
     let recovery_enthalpy_j_kg = recovery.map(|written| written.positive(Dimension::SpecificEnthalpy)).transpose();
-    let film = match (section.optional("coefficient"), section.optional("gas")) {
+    let film = match (section.optional("heat_transfer_coefficient"), section.optional("gas")) {
         (None, None) => Ok((0.0, Schedule::constant(ROOM_TEMPERATURE_K))),
         (Some(film), Some(gas)) => {
             let film = film.not_negative(Dimension::Conductance);
             let gas = schedules.read(gas, Dimension::Temperature);
             film.and_then(|film| Ok((film, gas?)))
         }
-        (Some(film), None) => Err(film.error("`coefficient` needs the gas temperature: expected a key `gas`")),
-        (None, Some(gas)) => Err(gas.error("`gas` needs a heat transfer coefficient: expected a key `coefficient`")),
+        (Some(film), None) => {
+            Err(film.error("`heat_transfer_coefficient` needs the gas temperature: expected a key `gas`"))
+        }
+        (None, Some(gas)) => Err(gas.error("`gas` needs a key `heat_transfer_coefficient`: found none")),
     };
     let emissivity = emissivity(section);
     let surroundings_k = surroundings(section, schedules);
@@ -154,7 +156,7 @@ fn surroundings(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Re
 }
 
 fn convective_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
-    let film_w_m2_k = section.positive("coefficient", Dimension::Conductance);
+    let film_w_m2_k = section.positive("heat_transfer_coefficient", Dimension::Conductance);
     let gas = section.required("gas", Dimension::Temperature.name_and_example());
     let gas_k = gas.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
@@ -170,7 +172,7 @@ fn convective_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) ->
 }
 
 fn cooled_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
-    let film = section.required("coefficient", Dimension::Conductance.name_and_example());
+    let film = section.required("heat_transfer_coefficient", Dimension::Conductance.name_and_example());
     let film_w_m2_k = film.and_then(|written| written.not_negative(Dimension::Conductance));
     let ambient = section.required("ambient", Dimension::Temperature.name_and_example());
     let gas_k = ambient.and_then(|written| schedules.read(written, Dimension::Temperature));

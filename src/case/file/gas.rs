@@ -21,9 +21,8 @@ pub(super) fn gas(written: ValueReader<'_>, id: String) -> ReadResult<Gas> {
     let viscosity = property("viscosity", Dimension::Viscosity);
     let enthalpy =
         top.required("enthalpy", "a table of the property").and_then(ValueReader::section).and_then(|section| {
-            let absolute = section.required("level", "sensible or absolute");
-            let absolute =
-                absolute.and_then(|_| keyword(&section, "level", &[("sensible", false), ("absolute", true)]));
+            let absolute = section.required("kind", "sensible or absolute");
+            let absolute = absolute.and_then(|_| keyword(&section, "kind", &[("sensible", false), ("absolute", true)]));
             let table = table(&section, Dimension::SpecificEnthalpy);
             section.deny_unknown_keys();
             let table = table?;

@@ -27,7 +27,7 @@ pub(super) fn apply_decomposition_key(top: &TableReader<'_>, layup: ReadResult<L
     Ok(layup)
 }
 
-/// Gas transport in the marched layup; `Scalar` if no gas flows.
+/// Gas transport in the marched layup; `None` if no gas flows.
 pub(super) fn gas_flow(
     top: &TableReader<'_>,
     references: &ReferenceResolver<'_>,

@@ -101,7 +101,7 @@ pub(super) fn sensors(case: &TableReader<'_>, layup: Option<&Layup>) -> ReadResu
 
 fn sensor(section: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Sensor> {
     let name = section.required("name", "a name such as \"TC1\"").and_then(sensor_name);
-    let lag_s = section.optional("lag").map_or(Ok(0.0), |written| written.not_negative(Dimension::Time));
+    let lag_s = section.optional("time_constant").map_or(Ok(0.0), |written| written.not_negative(Dimension::Time));
     let depth_m = match (section.optional("below"), section.optional("depth")) {
         (Some(below), None) => depth_below_ply_m(below, layup),
         (None, Some(depth)) => {

@@ -15,6 +15,7 @@ mod material;
 mod observation;
 mod property;
 mod references;
+mod renamed_keys;
 mod schedule;
 mod spanned_toml;
 mod table_file;
@@ -28,10 +29,12 @@ use super::builder::{CaseBuilder, checked_figure_number};
 use super::error::{CaseError, Diagnostics, ReadResult, SourceLocation};
 use super::factor_targets::FactorTargets;
 use super::gas::BLOWING_NEEDS_GAS;
+use super::renamed_key::{RenamedKey, RenamedKeys};
 use super::unit::Dimension;
 use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
 use exposure::{BackFace, HotFace};
 use references::{ReferenceResolver, built_in_gas_named, built_in_material_named};
+use renamed_keys::{FileKind, replace_in_path, replace_old_names};
 use schedule::{InitialTemperature, ScheduleReader};
 use spanned_toml::{SpannedValue, TableReader, ValueReader};
 use std::path::{Path, PathBuf};
@@ -56,13 +59,15 @@ impl Case {
     pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
         let case = case_file_path(path, &diagnostics).and_then(|file| {
-            let mut root = document(&file, &diagnostics)?;
+            let mut root = document(&file, FileKind::Case, &diagnostics)?;
+            let mut paths = Vec::new();
             spanned_toml::collect_all(
-                overrides.iter().map(|(name, value)| apply_override(&mut root, name, value, &diagnostics)),
+                overrides.iter().map(|(name, value)| apply_override(&mut root, name, value, &mut paths, &diagnostics)),
             )?;
+            replace_old_names(&mut root, FileKind::Case, &diagnostics);
             read_document(&root, &Folder::new(file.parent().unwrap_or(Path::new("."))), file_id(&file), &diagnostics)
         });
-        diagnostics.into_result(case)?.build()
+        build(case, diagnostics)
     }
 
     /// Read a case from the text of a case file. `id` names it in messages and output; `files` provides the files that
@@ -72,10 +77,16 @@ impl Case {
     /// All errors of the text and of the files that it names, each with line and column.
     pub fn from_toml(text: &str, id: &str, files: &dyn FileSource) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
-        let case = SpannedValue::parse_document(text, id, &diagnostics)
+        let case = text_file::parse_toml(text, id, FileKind::Case, &diagnostics)
             .and_then(|root| read_document(&root, files, id.to_owned(), &diagnostics));
-        diagnostics.into_result(case)?.build()
+        build(case, diagnostics)
     }
+}
+
+/// The validated case, with the old names of its files.
+fn build(read: ReadResult<CaseBuilder>, diagnostics: Diagnostics) -> Result<Case, CaseError> {
+    let renamed_keys = RenamedKeys(diagnostics.take_renamed_keys());
+    Ok(Case { renamed_keys, ..diagnostics.into_result(read)?.build()? })
 }
 
 /// The content of a document. Errors of single values are recorded here; the builder then validates the whole case.
@@ -94,10 +105,19 @@ impl Material {
     /// # Errors
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
+        Self::load_with_renamed_keys(path).map(|(material, _)| material)
+    }
+
+    /// Read a material file, and report the keys and values that it still has under an old name.
+    ///
+    /// # Errors
+    /// As [`Material::load`].
+    pub fn load_with_renamed_keys(path: &Path) -> Result<(Self, Vec<RenamedKey>), CaseError> {
         let diagnostics = Diagnostics::default();
-        let material =
-            document(path, &diagnostics).and_then(|root| material::material(root.reader(&diagnostics), file_id(path)));
-        diagnostics.into_result(material)
+        let material = document(path, FileKind::Material, &diagnostics)
+            .and_then(|root| material::material(root.reader(&diagnostics), file_id(path)));
+        let renamed_keys = diagnostics.take_renamed_keys();
+        Ok((diagnostics.into_result(material)?, renamed_keys))
     }
 
     /// A material of the built-in database; `-` equals `_` in the id.
@@ -118,7 +138,8 @@ impl Gas {
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
-        let gas = document(path, &diagnostics).and_then(|root| gas::gas(root.reader(&diagnostics), file_id(path)));
+        let gas = document(path, FileKind::Gas, &diagnostics)
+            .and_then(|root| gas::gas(root.reader(&diagnostics), file_id(path)));
         diagnostics.into_result(gas)
     }
 
@@ -133,8 +154,8 @@ impl Gas {
     }
 }
 
-fn document(file: &Path, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
-    text_file::parse_toml_file(files::read_bytes(file), &file.display().to_string(), diagnostics)
+fn document(file: &Path, kind: FileKind, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
+    text_file::parse_toml_file(files::read_bytes(file), &file.display().to_string(), kind, diagnostics)
 }
 
 /// The case file of a path, which may be a folder.
@@ -160,24 +181,36 @@ fn file_id(file: &Path) -> String {
     named.map_or_else(|| "case".to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// Override a key of the document.
-fn apply_override(root: &mut SpannedValue, name: &str, value: &str, diagnostics: &Diagnostics) -> ReadResult<()> {
+/// Override a key of the document, which is not among the `paths` of the previous overrides.
+fn apply_override<'a>(
+    root: &mut SpannedValue,
+    name: &'a str,
+    value: &str,
+    paths: &mut Vec<Vec<&'a str>>,
+    diagnostics: &Diagnostics,
+) -> ReadResult<()> {
     let shown = format!("--set {name}={value}");
+    let location = SourceLocation::without_line(shown.as_str());
     let mut path: Vec<&str> = name.split('.').collect();
     let factors = root.get("factor").map_or(&[][..], SpannedValue::items);
     if factors.iter().any(|factor| factor.name() == Some(path[0])) {
         if root.get(path[0]).is_some() {
             let message =
                 format!("{0:?} is both a factor and a key: set factor.{0}.nominal, or rename the factor", path[0]);
-            return Err(diagnostics.record(&SourceLocation::without_line(shown), message));
+            return Err(diagnostics.record(&location, message));
         }
         path.insert(0, "factor");
         if path.len() == 2 {
             path.push("nominal");
         }
     }
-    root.set(&path, SpannedValue::parse_override(value, &shown))
-        .map_err(|message| diagnostics.record(&SourceLocation::without_line(shown), message))
+    replace_in_path(&mut path, &location, diagnostics);
+    if paths.contains(&path) {
+        return Err(diagnostics.record(&location, format!("{:?} is set twice", path.join("."))));
+    }
+    let set = root.set(&path, SpannedValue::parse_override(value, &shown));
+    paths.push(path);
+    set.map_err(|message| diagnostics.record(&location, message))
 }
 
 /// All parts are read before the first `?`, so that no error hides another.
@@ -285,7 +318,7 @@ fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) 
         .map_or(Ok(standard.cells), |written| written.require(Resolution::checked_cells(written.number()?, plies)));
     let tolerance = section.optional("tolerance");
     let stated =
-        ["cells", "first_step", "growth", "largest_step"].into_iter().find(|key| section.optional(key).is_some());
+        ["cells", "first_step", "step_growth", "max_step"].into_iter().find(|key| section.optional(key).is_some());
     let tolerance_k =
         match (tolerance, stated) {
             (Some(written), Some(key)) => Err(written
@@ -295,14 +328,14 @@ fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) 
             (None, None) => Ok(standard.tolerance_k),
         };
     let growth = section
-        .optional("growth")
+        .optional("step_growth")
         .map_or(Ok(standard.growth), |written| written.require(Resolution::checked_growth(written.number()?)));
     let first_step_s = section.positive_or("first_step", Dimension::Time, standard.first_step_s);
-    let largest_step_s = section.positive_or("largest_step", Dimension::Time, standard.largest_step_s);
-    let every = section.optional("every");
-    let every_s = every.map_or(Ok(standard.output_interval_s), |written| {
-        let every_s = written.positive(Dimension::Time)?;
-        written.require(Resolution::checked_output_interval_s(every_s, duration_s.unwrap_or(0.0)))
+    let largest_step_s = section.positive_or("max_step", Dimension::Time, standard.largest_step_s);
+    let interval = section.optional("output_interval");
+    let output_interval_s = interval.map_or(Ok(standard.output_interval_s), |written| {
+        let interval_s = written.positive(Dimension::Time)?;
+        written.require(Resolution::checked_output_interval_s(interval_s, duration_s.unwrap_or(0.0)))
     });
     section.deny_unknown_keys();
     Ok(Resolution {
@@ -311,6 +344,6 @@ fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) 
         first_step_s: first_step_s?,
         growth: growth?,
         largest_step_s: largest_step_s?,
-        output_interval_s: every_s?,
+        output_interval_s: output_interval_s?,
     })
 }

@@ -221,7 +221,7 @@ pub(super) fn estimate(
     let seen = indices_of_names(&section, "sensors", sensors.map(names));
     let window_s = section.optional("window").map(|written| window(written, duration_s)).transpose();
     let bounds = section.optional("bounds").map_or(Ok(Bounds::Small), bounds);
-    let loss = section.optional("loss").map_or(Ok(LossFunction::default()), loss_function);
+    let loss = section.optional("loss_function").map_or(Ok(LossFunction::default()), loss_function);
     let prior = section.optional("prior").map(self::bounds).transpose();
     let starts = section.optional("start").map(ValueReader::section).transpose();
     section.deny_unknown_keys();

@@ -137,7 +137,8 @@ pub(super) fn pores(section: &TableReader<'_>, virgin: Option<Pores>) -> ReadRes
     let slip = section
         .optional("pore_radius")
         .map(|written| Ok(SLIP_COEFFICIENT_PA_M_K / written.positive(Dimension::Length)?));
-    let inertia = section.optional("inertia").map(|written| written.not_negative(Dimension::InertialCoefficient));
+    let inertia =
+        section.optional("forchheimer_coefficient").map(|written| written.not_negative(Dimension::InertialCoefficient));
     let virgin = virgin.unwrap_or(Pores::IMPERMEABLE);
     let pores = Pores {
         porosity: porosity?,

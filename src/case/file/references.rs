@@ -1,9 +1,10 @@
 //! Resolution of references: files next to the case, and the built-in database of materials and gases.
 
 use super::files::FileSource;
+use super::renamed_keys::FileKind;
 use super::spanned_toml::{SpannedValue, ValueReader};
 use super::table_file::{TableFile, TimeSeries};
-use super::text_file::parse_toml_file;
+use super::text_file::{parse_toml, parse_toml_file};
 use super::{gas, material};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
 use crate::case::suggestion::suggestion;
@@ -31,7 +32,7 @@ impl<'a> ReferenceResolver<'a> {
     pub(super) fn material(&self, written: ValueReader<'_>) -> ReadResult<Arc<Material>> {
         if let Some((path, id)) = self.local_path(written, "materials")? {
             return self.cached_material(&self.files.label(&path), || {
-                material::material(self.document(&path)?.reader(self.diagnostics), id)
+                material::material(self.document(&path, FileKind::Material)?.reader(self.diagnostics), id)
             });
         }
         let id = written.text()?;
@@ -42,7 +43,7 @@ impl<'a> ReferenceResolver<'a> {
     /// As [`material`](Self::material), with the folder `gases`.
     pub(super) fn gas(&self, written: ValueReader<'_>) -> ReadResult<Gas> {
         if let Some((path, id)) = self.local_path(written, "gases")? {
-            return gas::gas(self.document(&path)?.reader(self.diagnostics), id);
+            return gas::gas(self.document(&path, FileKind::Gas)?.reader(self.diagnostics), id);
         }
         let id = written.text()?;
         let (id, text) = written.require(library::gas_toml(id).ok_or_else(|| unknown_gas(id)))?;
@@ -54,7 +55,7 @@ impl<'a> ReferenceResolver<'a> {
         built_in_gas_named(id, self.diagnostics)
     }
 
-    /// Path and id of a file next to the case; `Scalar` if there is no such file.
+    /// Path and id of a file next to the case; `None` if there is no such file.
     fn local_path(&self, written: ValueReader<'_>, folder: &str) -> ReadResult<Option<(String, String)>> {
         if written.is_table() {
             let section = written.section()?;
@@ -89,8 +90,8 @@ impl<'a> ReferenceResolver<'a> {
         Err(written.error(format!("no such file: {}", self.files.label(path))))
     }
 
-    fn document(&self, path: &str) -> ReadResult<SpannedValue> {
-        parse_toml_file(self.files.read(path), &self.files.label(path), self.diagnostics)
+    fn document(&self, path: &str, kind: FileKind) -> ReadResult<SpannedValue> {
+        parse_toml_file(self.files.read(path), &self.files.label(path), kind, self.diagnostics)
     }
 
     pub(super) fn table_file(&self, written: ValueReader<'_>) -> ReadResult<TableFile> {
@@ -137,11 +138,11 @@ fn unknown_gas(id: &str) -> String {
 }
 
 fn built_in_material(id: &str, text: &str, diagnostics: &Diagnostics) -> ReadResult<Material> {
-    let root = SpannedValue::parse_document(text, &format!("data/materials/{id}.toml"), diagnostics)?;
+    let root = parse_toml(text, &format!("data/materials/{id}.toml"), FileKind::Material, diagnostics)?;
     material::material(root.reader(diagnostics), id.to_owned())
 }
 
 fn built_in_gas(id: &str, text: &str, diagnostics: &Diagnostics) -> ReadResult<Gas> {
-    let root = SpannedValue::parse_document(text, &format!("data/gases/{id}.toml"), diagnostics)?;
+    let root = parse_toml(text, &format!("data/gases/{id}.toml"), FileKind::Gas, diagnostics)?;
     gas::gas(root.reader(diagnostics), id.to_owned())
 }

@@ -15,7 +15,7 @@ const TIME_TOLERANCE: f64 = 1e-9;
 /// Context of a schedule: the files of the case, and the duration to cover.
 pub(super) struct ScheduleReader<'a> {
     pub(super) references: &'a ReferenceResolver<'a>,
-    /// `Scalar` if the duration is not valid; coverage is then not checked.
+    /// `None` if the duration is not valid; coverage is then not checked.
     pub(super) duration_s: Option<f64>,
 }
 
@@ -107,7 +107,7 @@ fn outside(section: &TableReader<'_>, dimension: Dimension) -> ReadResult<Option
     }
 }
 
-/// The parts of the interval `start..end` outside `first..last_record`, if longer than `same`.
+/// The parts of the interval `start..end` outside `first..last`, if longer than `same`.
 fn uncovered_intervals((first, last): (f64, f64), (start, end): (f64, f64), same: f64) -> Vec<(f64, f64)> {
     let spans = [(start, first.min(end)), (last.max(start), end)];
     spans.into_iter().filter(|(from, to)| to - from > same).collect()

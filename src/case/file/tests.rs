@@ -4,6 +4,7 @@ mod correlation;
 mod observed;
 mod paper;
 mod reacting;
+mod renamed;
 mod schedules;
 mod sheets;
 mod states;
@@ -178,7 +179,7 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
     ("\"pyrogel3350\"", "\"pyrogel335\"", ":15:12:", "unknown material \"pyrogel335\": did you mean \"pyrogel3350\"?"),
     ("\"2 mm\"", "\"4 mm\"", ":24:9:", "depth 4 mm lies outside the layup, from 0 mm to 3.5 mm"),
     ("below = \"TOP\"", "below = \"TIP\"", ":20:9:", "unknown ply \"TIP\": did you mean \"TOP\"?"),
-    ("depth = \"2 mm\"", "lag = \"1 s\"", ":22:1:", "a sensor needs `below"),
+    ("depth = \"2 mm\"", "time_constant = \"1 s\"", ":22:1:", "a sensor needs `below"),
     ("TC2 = [", "TC3 = [", ":38:7:", "unknown sensor \"TC3\": did you mean \"TC1\"?"),
     ("[0.9, 1.1]", "[1.1, 0.9]", ":34:9:", "bounds reversed: 1.1 is not below 0.9"),
     ("[0.9, 1.1]", "[0.0, 1.1]", ":34:9:", "expected bounds above 0, found 0 to 1.1"),
@@ -200,7 +201,7 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
     ("\"conductivity\"", "\"heating\"", ":32:9:", "expected no `group`"),
     (
         "group = \"INS\"\nproperty = \"conductivity\"",
-        "property = \"loss\"",
+        "property = \"back_face_loss\"",
         ":30:1:",
         "the back face has neither a film nor radiation",
     ),

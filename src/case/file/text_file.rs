@@ -1,6 +1,7 @@
 //! Decoding of text files.
 
 use super::files::MAX_FILE_BYTES;
+use super::renamed_keys::{FileKind, replace_old_names};
 use super::spanned_toml::SpannedValue;
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation, unreadable_file_message};
 use std::io;
@@ -9,9 +10,22 @@ use std::io;
 pub(super) fn parse_toml_file(
     bytes: io::Result<Vec<u8>>,
     label: &str,
+    kind: FileKind,
     diagnostics: &Diagnostics,
 ) -> ReadResult<SpannedValue> {
-    SpannedValue::parse_document(&decode_text_file(bytes, label, diagnostics)?, label, diagnostics)
+    parse_toml(&decode_text_file(bytes, label, diagnostics)?, label, kind, diagnostics)
+}
+
+/// Parse the text of a TOML file, with new names for old ones.
+pub(super) fn parse_toml(
+    text: &str,
+    label: &str,
+    kind: FileKind,
+    diagnostics: &Diagnostics,
+) -> ReadResult<SpannedValue> {
+    let mut root = SpannedValue::parse_document(text, label, diagnostics)?;
+    replace_old_names(&mut root, kind, diagnostics);
+    Ok(root)
 }
 
 /// The text of a file in UTF-8, or in UTF-16 with a byte-order mark; the mark is removed.

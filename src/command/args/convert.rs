@@ -75,7 +75,7 @@ pub(crate) fn member_range(text: &str, drawn: usize) -> Result<Range<usize>, Fai
     }
 }
 
-/// Name and value of `MAX_NAME_CHARS=VALUE`.
+/// Name and value of `NAME=VALUE`.
 fn name_and_value<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str), Failure> {
     text.split_once('=').ok_or_else(|| input(format!("{option} {text:?}: expected NAME=VALUE")))
 }
@@ -92,7 +92,7 @@ pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
     Ok(pairs)
 }
 
-/// Pairs `MAX_NAME_CHARS=VALUE,...`; every value is positive.
+/// Pairs `NAME=VALUE,...`; every value is positive.
 pub(crate) fn positive_values(texts: &[String], option: &str) -> Result<Vec<(String, f64)>, Failure> {
     let value = |text: &String| {
         let (name, value) = name_and_value(text, option)?;
@@ -169,7 +169,7 @@ pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
     })
 }
 
-/// Options of the MCMC sampling; `Scalar` without `--posterior`.
+/// Options of the MCMC sampling; `None` without `--posterior`.
 pub(crate) fn walkers(args: &PosteriorArgs, seed: u64) -> Option<Walkers> {
     args.posterior.then_some(Walkers { number: args.walkers, iterations: args.mcmc_iterations, seed })
 }

@@ -73,7 +73,7 @@ pub(super) fn put(
     let (initial, last) = outcome.objectives();
     record.put("objective", &Objective { initial, r#final: last })?;
     // As given to `--loss`.
-    record.put("loss", &outcome.loss.to_string())?;
+    record.put("loss_function", &outcome.loss.to_string())?;
     // The bounds that define the priors.
     record.put("prior", &outcome.prior.map(Bounds::name))?;
     let starts = Starts {

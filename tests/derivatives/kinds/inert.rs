@@ -33,7 +33,9 @@ fn heated(u: &mut Uniform) -> Vec<Text> {
 
     let mut text = two("radiant flux and a film", u);
     let heated = flux("radiant_flux", u.between(4.0, 12.0));
-    text.add(&format!("[hot_face]\nkind = \"heated\"\n{heated}\ncoefficient = \"15 W/m^2/K\"\ngas = \"300 K\""));
+    text.add(&format!(
+        "[hot_face]\nkind = \"heated\"\n{heated}\nheat_transfer_coefficient = \"15 W/m^2/K\"\ngas = \"300 K\""
+    ));
     text.factors("C", &["emissivity", "density"]);
     text.factors("F", &SOLID);
     text.factors("", &["heating"]);
@@ -42,23 +44,23 @@ fn heated(u: &mut Uniform) -> Vec<Text> {
     let mut text = two("convective, cooled back", u);
     let (film, gas_k) = (u.between(50.0, 200.0), u.between(800.0, 1400.0));
     text.add(&format!(
-        "[hot_face]\nkind = \"convective\"\ncoefficient = \"{film:.2} W/m^2/K\"\n\
+        "[hot_face]\nkind = \"convective\"\nheat_transfer_coefficient = \"{film:.2} W/m^2/K\"\n\
          gas = {{ points = [[\"0 s\", \"300 K\"], [\"5 s\", \"{gas_k:.2} K\"]], outside = \"hold\" }}\n\
-         [back_face]\nkind = \"cooled\"\ncoefficient = \"20 W/m^2/K\"\nambient = \"290 K\""
+         [back_face]\nkind = \"cooled\"\nheat_transfer_coefficient = \"20 W/m^2/K\"\nambient = \"290 K\""
     ));
     text.factors("C", &["emissivity", "conductivity"]);
     text.factors("F", &["emissivity", "conductivity"]);
-    text.factors("", &["heating", "loss"]);
+    text.factors("", &["heating", "back_face_loss"]);
     kinds.push(text);
 
     let mut text = two("black face, back that does not radiate", u);
     let heated = flux("flux", u.between(4.0, 12.0));
     text.add(&format!(
         "[hot_face]\nkind = \"heated\"\n{heated}\nemissivity = 1.0\n[back_face]\nkind = \"cooled\"\n\
-         coefficient = \"20 W/m^2/K\"\nambient = \"300 K\"\nemissivity = 0.0"
+         heat_transfer_coefficient = \"20 W/m^2/K\"\nambient = \"300 K\"\nemissivity = 0.0"
     ));
     text.factors("F", &SOLID);
-    text.factors("", &["heating", "loss"]);
+    text.factors("", &["heating", "back_face_loss"]);
     kinds.push(text);
 
     let mut text = two("cooling down from a jump", u);
@@ -66,7 +68,7 @@ fn heated(u: &mut Uniform) -> Vec<Text> {
     text.top(&format!("pressure = \"{:.3} kPa\"", u.between(0.1, 100.0)));
     text.0 = text.0.replace("initial_temperature = \"300 K\"", &format!("initial_temperature = \"{from_k:.0} K\""));
     text.add(
-        "[hot_face]\nkind = \"convective\"\ncoefficient = \"10 W/m^2/K\"\ngas.outside = \"hold\"\n\
+        "[hot_face]\nkind = \"convective\"\nheat_transfer_coefficient = \"10 W/m^2/K\"\ngas.outside = \"hold\"\n\
          gas.points = [[\"0 s\", \"300 K\"], \
               [\"20 s\", \"300 K\"], [\"20 s\", \"500 K\"]]",
     );
@@ -98,14 +100,14 @@ fn bounded(u: &mut Uniform) -> Vec<Text> {
     text.add(&hot(u));
     text.add("at = \"under-C\"");
     text.factors("F", &[SOLID.as_slice(), &["density"]].concat());
-    text.factors("deep", &["depth"]);
+    text.factors("deep", &["sensor_depth"]);
     kinds.push(text);
 
     let mut text = two("back on a holder", u);
     text.add(&hot(u));
     text.add("[back_face]\nkind = \"holder\"\nconductance = \"200 W/m^2/K\"\ntemperature = \"310 K\"");
     text.factors("F", &["conductivity"]);
-    text.factors("", &["loss"]);
+    text.factors("", &["back_face_loss"]);
     kinds.push(text);
 
     let mut text = two("held back", u);
@@ -122,7 +124,7 @@ fn bounded(u: &mut Uniform) -> Vec<Text> {
          temperature = [[\"0 s\", \"300 K\"], [\"60 s\", \"340 K\"]]",
     );
     text.factors("F", &[SOLID.as_slice(), &["density"]].concat());
-    text.factors("", &["holder"]);
+    text.factors("", &["holder_loss"]);
     kinds.push(text);
 
     let layers = [
@@ -134,8 +136,8 @@ fn bounded(u: &mut Uniform) -> Vec<Text> {
     text.top(&format!("contact_conductance = \"{:.1} W/m^2/K\"", u.between(50.0, 500.0)));
     text.add(&hot(u));
     text.factors("F", &["conductivity", "thickness"]);
-    text.factors("C", &["contact"]);
-    text.factors("F", &["contact"]);
+    text.factors("C", &["contact_conductance"]);
+    text.factors("F", &["contact_conductance"]);
     kinds.push(text);
 
     let mut text = Text::new("contacts together, parts of a conductivity over pressure", &layers);
@@ -144,7 +146,7 @@ fn bounded(u: &mut Uniform) -> Vec<Text> {
     text.add(&format!("[hot_face]\nkind = \"heated\"\n{}", flux("flux", u.between(4.0, 12.0))));
     text.factors("F", &PARTS);
     text.factors("C", &["conductivity.gas"]);
-    text.factors("", &["contact"]);
+    text.factors("", &["contact_conductance"]);
     kinds.push(text);
 
     let layers = [("C", "nextel440-bf20", u.between(0.5, 1.5)), ("I", "pyrogel3350", u.between(2.0, 4.0))];
@@ -160,19 +162,19 @@ fn at_sensors(u: &mut Uniform) -> Vec<Text> {
     let mut kinds = Vec::new();
     let heated = |u: &mut Uniform| format!("[hot_face]\nkind = \"heated\"\n{}", flux("flux", u.between(4.0, 12.0)));
     let mut text = two("beads that lag", u);
-    text.sensor("slow", 2.5, &format!("lag = \"{:.3} s\"", u.between(0.5, 4.0)));
+    text.sensor("slow", 2.5, &format!("time_constant = \"{:.3} s\"", u.between(0.5, 4.0)));
     text.add(&heated(u));
     text.factors("F", &SOLID);
     text.factors("", &["heating"]);
-    text.factors("slow", &["depth"]);
+    text.factors("slow", &["sensor_depth"]);
     kinds.push(text);
 
     let mut text = two("depths within a layer", u);
     text.sensor("upper", u.between(1.6, 2.2), "");
     text.sensor("lower", u.between(2.4, 3.2), "");
     text.add(&heated(u));
-    text.factors("upper", &["depth"]);
-    text.factors("lower", &["depth"]);
+    text.factors("upper", &["sensor_depth"]);
+    text.factors("lower", &["sensor_depth"]);
     text.factors("F", &["conductivity"]);
     kinds.push(text);
 
@@ -188,7 +190,7 @@ fn at_sensors(u: &mut Uniform) -> Vec<Text> {
     text.0 = text.0.replace("below = \"F\"", "below = \"F\"\nside = \"below\"");
     text.add(&heated(u));
     for sensor in ["under-C", "under-F", "under-G"] {
-        text.factors(sensor, &["depth"]);
+        text.factors(sensor, &["sensor_depth"]);
     }
     kinds.push(text);
 
@@ -196,9 +198,9 @@ fn at_sensors(u: &mut Uniform) -> Vec<Text> {
     text.sensor("back", 5.0, "");
     text.sensor("mid", 2.0, "");
     text.add(&heated(u));
-    text.add("[back_face]\nkind = \"cooled\"\ncoefficient = \"50 W/m^2/K\"\nambient = \"300 K\"");
-    text.factors("mid", &["depth"]);
-    text.add("[[factor]]\nname = \"f_back\"\nproperty = \"depth\"\ngroup = \"back\"\nsmall = [0.9, 1.0]");
+    text.add("[back_face]\nkind = \"cooled\"\nheat_transfer_coefficient = \"50 W/m^2/K\"\nambient = \"300 K\"");
+    text.factors("mid", &["sensor_depth"]);
+    text.add("[[factor]]\nname = \"f_back\"\nproperty = \"sensor_depth\"\ngroup = \"back\"\nsmall = [0.9, 1.0]");
     kinds.push(text);
 
     let mut text = Text::new("depth of a driver at the front", &[("F", "saffil-96", 5.0)]);
@@ -208,8 +210,8 @@ fn at_sensors(u: &mut Uniform) -> Vec<Text> {
         "[hot_face]\nkind = \"held\"\nat = \"front\"\n\
          temperature = [[\"0 s\", \"300 K\"], [\"10 s\", \"900 K\"], [\"60 s\", \"700 K\"]]",
     );
-    text.factors("mid", &["depth"]);
-    text.add("[[factor]]\nname = \"f_front\"\nproperty = \"depth\"\ngroup = \"front\"\nsmall = [1.0, 1.2]");
+    text.factors("mid", &["sensor_depth"]);
+    text.add("[[factor]]\nname = \"f_front\"\nproperty = \"sensor_depth\"\ngroup = \"front\"\nsmall = [1.0, 1.2]");
     kinds.push(text);
     kinds
 }

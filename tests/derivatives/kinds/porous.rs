@@ -37,7 +37,7 @@ fn decomposing(u: &mut Uniform) -> Vec<Text> {
     text.sensor("in", 1.5, "");
     text.add(&format!("[hot_face]\nkind = \"heated\"\n{}", flux("radiant_flux", u.between(6.0, 10.0))));
     text.factors("I", &[["density", "heat_capacity", "emissivity"].as_slice(), &KINETICS].concat());
-    text.factors("in", &["depth"]);
+    text.factors("in", &["sensor_depth"]);
     for state in ["virgin", "half", "char"] {
         text.add(&format!(
             "[[factor]]\nname = \"f_{state}\"\nproperty = \"conductivity.radiative\"\ngroup = \"I\"\n\
@@ -59,9 +59,17 @@ fn decomposing(u: &mut Uniform) -> Vec<Text> {
     ));
     text.factors(
         "T",
-        &["conductivity", "heat_capacity", "density", "kinetics", "activation_energy", "char_yield", "emissivity"],
+        &[
+            "conductivity",
+            "heat_capacity",
+            "density",
+            "pre_exponential",
+            "activation_energy",
+            "char_yield",
+            "emissivity",
+        ],
     );
-    text.factors("a", &["depth"]);
+    text.factors("a", &["sensor_depth"]);
     kinds.push(text);
     kinds
 }
@@ -80,7 +88,7 @@ fn permeable(u: &mut Uniform) -> Vec<Text> {
     );
     text.add(&format!("[hot_face]\nkind = \"heated\"\n{}", flux("flux", u.between(4.0, 8.0))));
     text.add(
-        "[back_face]\nkind = \"cooled\"\ncoefficient = \"10 W/m^2/K\"\nambient = \"300 K\"\n\
+        "[back_face]\nkind = \"cooled\"\nheat_transfer_coefficient = \"10 W/m^2/K\"\nambient = \"300 K\"\n\
          pressure = \"3 kPa\"\n[gas]\nflow = \"darcy\"\ngas = \"air\"",
     );
     text.factors("C", &["permeability"]);
@@ -97,7 +105,7 @@ fn permeable(u: &mut Uniform) -> Vec<Text> {
         flux("flux", u.between(4.0, 8.0))
     ));
     text.add(
-        "[back_face]\nkind = \"cooled\"\ncoefficient = \"10 W/m^2/K\"\nambient = \"300 K\"\n\
+        "[back_face]\nkind = \"cooled\"\nheat_transfer_coefficient = \"10 W/m^2/K\"\nambient = \"300 K\"\n\
          pressure = \"3 kPa\"\n[gas]\nflow = \"darcy\"\ngas = \"air\"",
     );
     text.factors("C", &["permeability"]);

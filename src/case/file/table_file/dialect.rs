@@ -9,7 +9,7 @@ const MISSING_VALUES: [&str; 3] = ["nan", "na", "n/a"];
 #[derive(Debug)]
 pub(super) struct Dialect {
     separator: char,
-    /// The decimal mark of the numbers so far; `Scalar` before the first one.
+    /// The decimal mark of the numbers so far; `None` before the first one.
     decimal_mark: Option<char>,
 }
 

@@ -42,25 +42,25 @@ source = "made up"
 uncertainty = "1 %"
 
 [decomposition]
-sequence = "chain"
-mixing = "volume"
+reaction_scheme = "consecutive"
+mixture_rule = "volume"
 shrinkage = 0.1
 mark = "estimated"
 source = "made up"
 uncertainty = "1 %"
 
 [[decomposition.reaction]]
-loss = 0.6
-rate = "5e8 1/s"
-activation = "130 kJ/mol"
+mass_loss = 0.6
+pre_exponential = "5e8 1/s"
+activation_energy = "130 kJ/mol"
 order = 1
-onset = "400 K"
+onset_temperature = "400 K"
 heat = "0.6 MJ/kg"
 
 [[decomposition.reaction]]
-loss = 0.3
-rate = "5e10 1/s"
-activation = "175 kJ/mol"
+mass_loss = 0.3
+pre_exponential = "5e10 1/s"
+activation_energy = "175 kJ/mol"
 order = 1
 heat = "0.1 MJ/kg"
 
@@ -107,7 +107,7 @@ blowing = 0.5
 
 [back_face]
 kind = "cooled"
-coefficient = "10 W/m^2/K"
+heat_transfer_coefficient = "10 W/m^2/K"
 ambient = "300 K"
 
 [gas]
@@ -196,10 +196,10 @@ fn tacot_has_the_values_of_the_ablation_workshop() {
 
 #[test]
 fn component_densities_are_converted_to_mass_losses() {
-    let chain = replaced(CHARRING, &[("\"chain\"", "\"side-by-side\"")]);
+    let chain = replaced(CHARRING, &[("\"consecutive\"", "\"parallel\"")]);
     let (head, _) = chain.split_once("[[decomposition.reaction]]").expect("reactions");
     let component = "[[decomposition.reaction]]\nvolume_share = 0.5\nvirgin_density = \"600 kg/m^3\"\n\
-                     char_density = \"300 kg/m^3\"\nrate = \"1e9 1/s\"\nactivation = \"150 kJ/mol\"\n\
+                     char_density = \"300 kg/m^3\"\npre_exponential = \"1e9 1/s\"\nactivation_energy = \"150 kJ/mol\"\n\
                      order = 3\nheat = \"1 MJ/kg\"\n";
     let scratch = Scratch::new("reacting-component");
     let load = |text: String| Material::load(&scratch.write("component.toml", text));
@@ -261,37 +261,52 @@ fn all_parts_of_a_three_part_char_conductivity_are_scaled() {
 
 /// A replacement in the material; line and column of the error; a part of its message.
 const BROKEN_MATERIAL: &[(&str, &str, &str, &str)] = &[
-    ("loss = 0.6", "loss = 0.8", ":35:1: ", "the mass losses of the reactions add up to 1.1: expected less than 1"),
     (
-        "loss = 0.6",
-        "loss = 1.2",
-        ":44:8: ",
+        "mass_loss = 0.6",
+        "mass_loss = 0.8",
+        ":35:1: ",
+        "the mass losses of the reactions add up to 1.1: expected less than 1",
+    ),
+    (
+        "mass_loss = 0.6",
+        "mass_loss = 1.2",
+        ":44:13: ",
         "expected a mass loss between 0 and 1 (gas per mass of virgin material), found 1.2",
     ),
     (
-        "loss = 0.6",
-        "loss = -0.1",
-        ":44:8: ",
+        "mass_loss = 0.6",
+        "mass_loss = -0.1",
+        ":44:13: ",
         "expected a mass loss between 0 and 1 (gas per mass of virgin material), found -0.1",
     ),
-    ("loss = 0.6\n", "", ":43:1: ", "missing key \"loss\": expected the mass loss of each reaction of a chain"),
+    (
+        "mass_loss = 0.6\n",
+        "",
+        ":43:1: ",
+        "missing key \"mass_loss\": expected the mass loss of each consecutive reaction",
+    ),
     (
         "\"130 kJ/mol\"",
         "\"-130 kJ/mol\"",
-        ":46:14: ",
+        ":46:21: ",
         "expected an activation energy of 0 J/mol or more, found -130000 J/mol",
     ),
     ("order = 1", "order = -1", ":47:9: ", "expected a reaction order of 0 or more, found -1"),
-    ("\"5e8 1/s\"", "\"0 1/s\"", ":45:8: ", "expected a value above 0, found \"0 1/s\""),
-    ("\"5e8 1/s\"", "\"5e8 1/m\"", ":45:8: ", "wrong dimension: expected a rate"),
+    ("\"5e8 1/s\"", "\"0 1/s\"", ":45:19: ", "expected a value above 0, found \"0 1/s\""),
+    ("\"5e8 1/s\"", "\"5e8 1/m\"", ":45:19: ", "wrong dimension: expected a rate"),
     ("heat = \"0.6 MJ/kg\"\n", "", ":43:1: ", "missing key \"heat\": expected the heat absorbed"),
     ("shrinkage = 0.1", "shrinkage = 1.0", ":38:13: ", "expected a shrinkage from 0 to below 1, found 1"),
-    ("\"chain\"", "\"chains\"", ":36:12: ", "unknown sequence \"chains\": did you mean \"chain\"?"),
     (
-        "\"chain\"",
-        "\"side-by-side\"",
+        "\"consecutive\"",
+        "\"consecutively\"",
+        ":36:19: ",
+        "unknown reaction_scheme \"consecutively\": did you mean \"consecutive\"?",
+    ),
+    (
+        "\"consecutive\"",
+        "\"parallel\"",
         ":35:1: ",
-        "expected 0 [[decomposition.intermediate]] for 2 reactions (side-by-side), found 1",
+        "expected 0 [[decomposition.intermediate]] for 2 parallel reactions, found 1",
     ),
     ("order = 1\nheat = \"0.1", "order = 1\nlost = 3\nheat = \"0.1", ":56:1: ", "unknown key \"lost\""),
     (
@@ -365,7 +380,10 @@ const BROKEN_CASE: &[(&[(&str, &str)], &str)] = &[
         &[("[0.9, 1.1]", "[0.9, 11.0]")],
         ":37:9: expected a char yield below 1, found 11 times 0.100 of material \"charring\" (ply \"BASE\")",
     ),
-    (&[("\"INS\"\nproperty = \"char_yield\"", "\"OF\"\nproperty = \"kinetics\"")], "(ply \"TOP\") does not decompose"),
+    (
+        &[("\"INS\"\nproperty = \"char_yield\"", "\"OF\"\nproperty = \"pre_exponential\"")],
+        "(ply \"TOP\") does not decompose",
+    ),
     (&[("char_yield", "permeability"), ("\"darcy\"", "\"quasi-steady\"")], "the case has no Darcy flow"),
     (
         &[
@@ -430,7 +448,7 @@ fn a_gas_next_to_the_case_replaces_the_built_in_one_and_is_validated() {
             "outside = \"extrapolate\"\n\n[visc",
             "air.toml:10:1: an enthalpy cannot be extrapolated",
         ),
-        ("level = \"sensible\"\n", "", "air.toml:10:1: missing key \"level\""),
+        ("kind = \"sensible\"\n", "", "air.toml:10:1: missing key \"kind\""),
         ("28.96 g/mol", "28.96 g", "air.toml:8:9: wrong dimension: expected a molar mass"),
     ] {
         scratch.write("gases/air.toml", replaced(own, &[(from, to)]));

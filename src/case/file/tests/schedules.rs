@@ -89,14 +89,21 @@ fn every_schedule_must_cover_the_duration_and_only_fluxes_may_be_zero_outside() 
     let cases = [
         ("name = \"Two", "pressure = VALUE\nname = \"Two".to_owned(), "Pa"),
         (FLUX, heated("radiant_flux = VALUE"), "W/m^2"),
-        (FLUX, heated("coefficient = \"9 W/m^2/K\"\ngas = VALUE"), "K"),
+        (FLUX, heated("heat_transfer_coefficient = \"9 W/m^2/K\"\ngas = VALUE"), "K"),
         (FLUX, heated("surroundings = VALUE"), "K"),
-        ("\"heated\"\nflux", "\"convective\"\ncoefficient = \"9 W/m^2/K\"\ngas = VALUE\n#".to_owned(), "K"),
+        (
+            "\"heated\"\nflux",
+            "\"convective\"\nheat_transfer_coefficient = \"9 W/m^2/K\"\ngas = VALUE\n#".to_owned(),
+            "K",
+        ),
         ("\"heated\"\nflux", format!("{held}\n#"), "K"),
-        ("[[factor]]", back("kind = \"cooled\"\ncoefficient = \"9 W/m^2/K\"\nambient = VALUE"), "K"),
+        ("[[factor]]", back("kind = \"cooled\"\nheat_transfer_coefficient = \"9 W/m^2/K\"\nambient = VALUE"), "K"),
         (
             "[[factor]]",
-            back("kind = \"cooled\"\ncoefficient = \"9 W/m^2/K\"\nambient = \"300 K\"\nsurroundings = VALUE"),
+            back(
+                "kind = \"cooled\"\nheat_transfer_coefficient = \"9 W/m^2/K\"\nambient = \"300 K\"\n\
+                 surroundings = VALUE",
+            ),
             "K",
         ),
         ("[[factor]]", back("kind = \"holder\"\nconductance = \"9 W/m^2/K\"\ntemperature = VALUE"), "K"),
@@ -160,6 +167,7 @@ fn a_face_may_radiate_to_space_at_zero_kelvin() {
     scratch.write("sky.csv", "time_s,sky_K\n0,0\n100,-4\n");
     let message = Case::load(&scratch.0.join("case.toml")).expect_err("below zero").to_string();
     assert!(message.contains("sky.csv:3:5: -4 K is below absolute zero"), "{message}");
-    let found = errors("gas-at-zero", FLUX, &format!("{FLUX}\ncoefficient = \"9 W/m^2/K\"\ngas = \"0 K\""));
+    let found =
+        errors("gas-at-zero", FLUX, &format!("{FLUX}\nheat_transfer_coefficient = \"9 W/m^2/K\"\ngas = \"0 K\""));
     assert!(found[0].contains("not above absolute zero"), "{found:?}");
 }

@@ -16,8 +16,12 @@ use std::collections::BTreeMap;
 /// A material that decomposes in a chain, with orders that need a logarithm.
 const CHAIN: &str = include_str!("../../../../tests/derivatives/chain.toml");
 
-const RESOLUTION: &str =
-    "[resolution]\ncells = 12\nfirst_step = \"0.1 s\"\ngrowth = 0.3\nlargest_step = \"2 s\"\nevery = \"1 s\"";
+const RESOLUTION: &str = r#"[resolution]
+cells = 12
+first_step = "0.1 s"
+step_growth = 0.3
+max_step = "2 s"
+output_interval = "1 s""#;
 
 /// Cases that together take every branch of the physics: name and text.
 const CASES: &[(&str, &str)] = &[
@@ -38,7 +42,7 @@ ply = [
     { name = "F", material = "saffil-96", thickness = "3 mm" },
 ]
 sensor = [
-    { name = "A", below = "C", lag = "0.5 s" },
+    { name = "A", below = "C", time_constant = "0.5 s" },
     { name = "B", depth = "2.6 mm" },
     { name = "D", depth = "3.8 mm" },
 ]
@@ -65,7 +69,7 @@ ply = [
 ]
 sensor = [
     { name = "A", below = "C", side = "above" },
-    { name = "B", depth = "1.4 mm", lag = "0.5 s" },
+    { name = "B", depth = "1.4 mm", time_constant = "0.5 s" },
 ]
 [hot_face]
 kind = "held"
@@ -99,7 +103,7 @@ recovery_enthalpy = "8 MJ/kg"
 blowing = 0.5
 [back_face]
 kind = "cooled"
-coefficient = "5 W/m^2/K"
+heat_transfer_coefficient = "5 W/m^2/K"
 ambient = "290 K"
 [gas]
 flow = "quasi-steady"
@@ -183,12 +187,12 @@ ply = [
 sensor = [{ name = "A", below = "C" }, { name = "B", depth = "1.4 mm" }]
 [hot_face]
 kind = "convective"
-coefficient = "100 W/m^2/K"
+heat_transfer_coefficient = "100 W/m^2/K"
 gas.points = [["0 s", "300 K"], ["5 s", "1200 K"]]
 gas.outside = "hold"
 [back_face]
 kind = "cooled"
-coefficient = "10 W/m^2/K"
+heat_transfer_coefficient = "10 W/m^2/K"
 ambient = "300 K"
 pressure.points = [["0 s", "3 kPa"], ["10 s", "3.2 kPa"]]
 pressure.outside = "hold"
@@ -228,27 +232,27 @@ const FACTORS: &[(&str, &str)] = &[
     ("C", "density"),
     ("C", "emissivity"),
     ("C", "thickness"),
-    ("C", "kinetics"),
+    ("C", "pre_exponential"),
     ("C", "activation_energy"),
     ("C", "pyrolysis_heat"),
     ("C", "char_yield"),
     ("C", "permeability"),
-    ("C", "contact"),
+    ("C", "contact_conductance"),
     ("F", "conductivity.solid"),
     ("F", "conductivity.gas"),
     ("F", "conductivity.radiative"),
     ("F", "density"),
-    ("F", "kinetics"),
+    ("F", "pre_exponential"),
     ("F", "activation_energy"),
     ("F", "pyrolysis_heat"),
     ("F", "char_yield"),
-    ("F", "contact"),
+    ("F", "contact_conductance"),
     ("F", "permeability"),
     ("", "heating"),
-    ("", "loss"),
-    ("", "holder"),
-    ("B", "depth"),
-    ("D", "depth"),
+    ("", "back_face_loss"),
+    ("", "holder_loss"),
+    ("B", "sensor_depth"),
+    ("D", "sensor_depth"),
 ];
 
 fn factor((group, property): &(&str, &str)) -> String {
