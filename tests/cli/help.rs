@@ -122,7 +122,7 @@ fn old_keys_of_files_and_overrides_are_noted_once_and_leave_the_fingerprint_unch
     let material = include_str!("../../data/materials/akk.toml");
     scratch.write("akk.toml", material.replacen("mass_loss", "loss", 1));
     let checked = run(&scratch, "materials check akk.toml").succeeded();
-    assert_eq!(checked.stderr, note("akk.toml:48: \"loss\" is now \"mass_loss\""));
+    assert_eq!(checked.stderr, note("akk.toml:54: \"loss\" is now \"mass_loss\""));
     assert!(checked.stdout.starts_with("akk.toml: ok\n"), "{}", checked.stdout);
 }
 

@@ -333,7 +333,7 @@ fn a_material_next_to_the_case_replaces_the_built_in_one() {
     assert_eq!(case.layup.plies[1].material.density_kg_m3, 110.0);
     scratch.write("materials/pyrogel3350.toml", own.replace("0.93", "-0.93"));
     let message = Case::load(&path).expect_err("a wrong material").to_string();
-    assert!(message.contains("materials/pyrogel3350.toml:23:20: expected a value above 0, found -0.93"), "{message}");
+    assert!(message.contains("materials/pyrogel3350.toml:27:20: expected a value above 0, found -0.93"), "{message}");
 }
 
 #[test]

@@ -442,14 +442,14 @@ fn a_gas_next_to_the_case_replaces_the_built_in_one_and_is_validated() {
     let case = Case::load(&path).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(case.gas.expect("a gas").gas.molar_mass.at(300.0), 0.030);
     for (from, to, message) in [
-        ("[-98, 2,", "[98, 2,", "air.toml:10:1: enthalpies must increase: 2000 J/kg at 300 K follows 98000 J/kg"),
+        ("[-98, 2,", "[98, 2,", "air.toml:12:1: enthalpies must increase: 2000 J/kg at 300 K follows 98000 J/kg"),
         (
             "outside = \"clamp\"\n\n[visc",
             "outside = \"extrapolate\"\n\n[visc",
-            "air.toml:10:1: an enthalpy cannot be extrapolated",
+            "air.toml:12:1: an enthalpy cannot be extrapolated",
         ),
-        ("kind = \"sensible\"\n", "", "air.toml:10:1: missing key \"kind\""),
-        ("28.96 g/mol", "28.96 g", "air.toml:8:9: wrong dimension: expected a molar mass"),
+        ("kind = \"sensible\"\n", "", "air.toml:12:1: missing key \"kind\""),
+        ("28.96 g/mol", "28.96 g", "air.toml:10:9: wrong dimension: expected a molar mass"),
     ] {
         scratch.write("gases/air.toml", replaced(own, &[(from, to)]));
         let error = Case::load(&path).expect_err(to).to_string();
