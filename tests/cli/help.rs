@@ -110,14 +110,16 @@ fn old_keys_of_files_and_overrides_are_noted_once_and_leave_the_fingerprint_unch
     assert_eq!((set, none.as_str()), (current.clone(), ""));
     assert_eq!(set_note, note("--set resolution.every=1s: \"every\" is now \"output_interval\""));
     for (first, end) in [(0, 10), (10, 20)] {
-        run(&scratch, &format!("uncertainty c -n 20 --members {first}..{end} --quiet --out p{first}.json")).succeeded();
+        run(&scratch, &format!("uncertainty c -n 20 --members {first}..{end} --quiet --out p")).succeeded();
     }
 
     scratch.write("c/case.toml", CASE.replace("output_interval", "every"));
     let file_note = note("c/case.toml:48: \"every\" is now \"output_interval\"");
     assert_eq!(predicted(""), (current, file_note.clone()));
-    let merged = run(&scratch, "merge p0.json p10.json").succeeded();
-    assert_eq!(merged.stderr, file_note);
+    let merged = run(&scratch, "merge p/c-0-10.json p/c-10-20.json").succeeded();
+    // The parts hold the absolute path of the case.
+    let (_, path_and_rest) = file_note.split_once("note: ").expect("a note");
+    assert!(merged.stderr.ends_with(path_and_rest) && merged.stderr.lines().count() == 1, "{}", merged.stderr);
 
     let material = include_str!("../../data/materials/akk.toml");
     scratch.write("akk.toml", material.replacen("mass_loss", "loss", 1));
