@@ -17,7 +17,6 @@ use std::collections::BTreeMap;
 const CHAIN: &str = include_str!("../../../../tests/derivatives/chain.toml");
 
 const RESOLUTION: &str = r#"[resolution]
-cells = 12
 first_step = "0.1 s"
 step_growth = 0.3
 max_step = "2 s"
@@ -274,7 +273,10 @@ fn factor((group, property): &(&str, &str)) -> String {
 fn case(text: &str) -> Case {
     let files = BTreeMap::from([("materials/chain.toml".to_owned(), CHAIN.to_owned())]);
     let top = "initial_temperature = \"300 K\"\nduration = \"30 s\"\n";
-    let load = |factors: &str| Case::from_toml(&format!("{top}{text}{RESOLUTION}\n{factors}"), "short", &files);
+    // Four cells a ply are the least.
+    let cells = (4 * text.matches("thickness").count()).max(12);
+    let resolution = format!("{RESOLUTION}\ncells = {cells}");
+    let load = |factors: &str| Case::from_toml(&format!("{top}{text}{resolution}\n{factors}"), "short", &files);
     load("").unwrap_or_else(|error| panic!("{error}\n{text}"));
     let mut factors = String::new();
     for one in FACTORS.iter().map(factor) {
