@@ -1,16 +1,16 @@
 //! Sessions against the command, bit by bit; progress, cancellation, threads, invalid options.
 
 use crate::cli::run;
-use crate::support::{Scratch, adapter, case, cases, root};
+use crate::support::{Scratch, adapter, case, cases, root, without_run};
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::march::cpu::Cpu;
 use bondline::report::files::OutputFolder;
 use bondline::session::{
-    BackendKind, CancelToken, Derivatives, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options,
-    Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start, StudyOptions, TwinOptions,
-    TwinStudyOptions, UncertaintyOptions,
+    BackendKind, CancelToken, Checkpoint, Derivatives, EstimateOptions, FitOptions, HistoryOptions,
+    ObservationSelection, Options, Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start,
+    StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
 use serde_json::Value;
 use std::fs;
@@ -28,10 +28,7 @@ fn sweep(members: usize) -> UncertaintyOptions {
 /// The summary of a report without times.
 fn record(folder: &Path) -> Value {
     let text = fs::read_to_string(folder.join("summary.json")).expect("a summary");
-    let mut record: Value = serde_json::from_str(&text).expect("a summary in JSON");
-    let seconds = record.as_object_mut().expect("an object").remove("seconds");
-    assert!(seconds.is_some(), "no seconds in {text}");
-    record
+    without_run(serde_json::from_str(&text).expect("a summary in JSON"))
 }
 
 /// Expect the report of a session to equal that of the command: the summary without times, every table, and the screen
@@ -256,6 +253,40 @@ fn a_cancelled_sweep_returns_its_error_and_does_not_affect_the_next_study() {
 #[test]
 fn a_cancelled_sweep_does_not_affect_a_device() {
     cancelled(Options::default().backend(BackendKind::Gpu).device(adapter().name));
+}
+
+/// A sweep that is stopped at its first batch, and resumed by another session.
+#[test]
+fn a_stopped_sweep_answers_from_its_members_and_another_session_goes_on_to_the_same_bits() {
+    let scratch = Scratch::new("session-checkpoint");
+    let checkpoint = Checkpoint::new(scratch.path().join("kept"));
+    let options = |token: &CancelToken| {
+        let options = Options::default().backend(BackendKind::Cpu).cancel(token).checkpoint(checkpoint.clone());
+        let token = token.clone();
+        options.progress(move |progress| {
+            if progress.expected == Some(9_000) && progress.marched > 0 {
+                token.stop();
+            }
+        })
+    };
+    let token = CancelToken::new();
+    let mut session = Session::open(case("slab"), &options(&token)).expect("the CPU is always available");
+    let partial = session.uncertainty(&sweep(9_000)).expect("an answer from the members so far");
+    assert!(partial.is_partial() && partial.requested == 9_000 && partial.completed >= 2, "{}", partial.members);
+    assert!(session.summary().expect("a summary").contains("The sweep was stopped after"));
+    let kept = checkpoint.found().expect("it can be read").expect("members are kept");
+    assert_eq!((kept.members, kept.requested), (0..partial.members, 9_000));
+    drop(session);
+    let mut others = Vec::new();
+    let mut session = Session::open(case("slab"), &options(&CancelToken::new())).expect("the CPU is always available");
+    let found = session
+        .uncertainty_with(&sweep(9_000), &mut |_, traces| others.extend(traces.first..traces.first + traces.members()))
+        .expect("the sweep goes on");
+    assert_eq!(others, Vec::from_iter(partial.members..9_000), "members were marched again or left out");
+    let whole = open(case("slab")).uncertainty(&sweep(9_000)).expect("a sweep");
+    assert_eq!(serde_json::to_value(&found).expect("JSON"), serde_json::to_value(&whole).expect("JSON"));
+    checkpoint.remove().expect("it can be removed");
+    assert_eq!(scratch.files().len(), 0);
 }
 
 /// Options of one thread whose token is cancelled at the `report`-th progress report, from one; and the reports.

@@ -4,6 +4,7 @@ use bondline::case::{Bounds, Case, CaseBuilder, Factor, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::gpu::device::{self, Adapter, Device};
 use bondline::traces::Traces;
+use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -259,6 +260,19 @@ impl Drop for Scratch {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// A summary without what differs between two runs of one command: times, date, command line, threads and checksum.
+pub(crate) fn without_run(mut summary: Value) -> Value {
+    let keys = summary.as_object_mut().expect("an object");
+    for key in ["seconds", "checksum"] {
+        assert!(keys.remove(key).is_some(), "no {key}");
+    }
+    let run = keys["provenance"].as_object_mut().expect("an object");
+    for key in ["date", "command_line", "threads"] {
+        assert!(run.remove(key).is_some(), "no {key}");
+    }
+    summary
 }
 
 /// All numbers of traces: temperatures, gauges, heats, masses and extremes.

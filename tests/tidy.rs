@@ -38,12 +38,14 @@ const HOMES: &[(&str, &[&str])] = &[
         &["src/report/", "src/case/", "src/fit/", "src/march/mod.rs", "src/plan/mod.rs", "src/study/", "src/traces.rs"],
     ),
     ("serde_json", &["src/report/", "src/study/sweep_piece.rs", "src/command/devices.rs", "src/command/verify.rs"]),
-    ("twox_hash", &["src/study/sweep_piece.rs"]),
+    ("sha2", &["src/case/input_files.rs"]),
+    ("twox_hash", &["src/study/checksum.rs"]),
     ("clap", &["src/command/args/", "src/main.rs"]),
     ("clap_complete", &["src/command/completions.rs"]),
     ("clap_mangen", &["src/command/man.rs"]),
     ("anyhow", &["src/command/exit.rs", "src/main.rs"]),
     ("indicatif", &["src/command/progress.rs"]),
+    ("signal_hook", &["src/command/stop.rs"]),
     ("nalgebra", &["src/fit/", "src/study/", "src/verify/least_squares/"]),
     ("rand_chacha", &["src/random.rs"]),
     ("sobol_burley", &["src/ensemble/"]),
@@ -51,6 +53,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("csv", &["src/case/file/table_file", "src/report/files/"]),
     ("parquet", &["src/report/files/"]),
     ("plotters", &["src/report/svg/"]),
+    ("rustix", &["src/report/files/"]),
     ("textplots", &["src/report/materials/"]),
 ];
 

@@ -5,6 +5,7 @@ use super::exposure::{Exposure, Face};
 use super::factor::{Correlation, Factor};
 use super::factor_targets::FactorTargets;
 use super::gas::{BACK_PRESSURE_NEEDS_DARCY, BLOWING_NEEDS_GAS, GasFlow, GasFlowModel};
+use super::input_files::InputFiles;
 use super::layup::{Layup, Ply, Sensor};
 use super::observation::Observation;
 use super::renamed_key::RenamedKeys;
@@ -139,6 +140,7 @@ impl CaseBuilder {
             paper_figures,
             resolution,
             renamed_keys: RenamedKeys::default(),
+            input_files: InputFiles::default(),
         })
     }
 
@@ -229,7 +231,7 @@ pub(super) fn checked_figure_number(number: f64) -> Result<usize, String> {
 }
 
 impl Case {
-    /// A builder with the content of this case.
+    /// A builder with the content of this case, which forgets the files that it was read from.
     pub fn to_builder(&self) -> CaseBuilder {
         let Self {
             id,
@@ -246,6 +248,7 @@ impl Case {
             paper_figures,
             resolution,
             renamed_keys: _,
+            input_files: _,
         } = self.clone();
         CaseBuilder {
             id,

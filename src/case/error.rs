@@ -100,7 +100,12 @@ impl Diagnostics {
 
     /// Record an old name, which was read as the new one.
     pub(super) fn record_renamed(&self, location: &SourceLocation, old: &'static str, new: &'static str) {
-        self.renamed_keys.borrow_mut().push(RenamedKey { location: location.clone(), old, new });
+        self.renamed_keys.borrow_mut().push(RenamedKey {
+            file: location.file.clone(),
+            line: location.line_column.map(|(line, _)| line),
+            old,
+            new,
+        });
     }
 
     /// The old names recorded so far, sorted by position; they are removed here.

@@ -14,6 +14,7 @@ mod factor;
 mod factor_targets;
 mod file;
 mod gas;
+mod input_files;
 mod layup;
 pub mod library;
 mod material;
@@ -38,6 +39,7 @@ pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};
 pub use factor::{Bounds, Correlation, Factor, Property};
 pub use file::{FileSource, Folder};
 pub use gas::{Gas, GasFlow, GasFlowModel};
+pub use input_files::InputFile;
 pub use layup::{Layup, Ply, Sensor, Side};
 pub use material::Material;
 pub use observation::Observation;
@@ -46,6 +48,7 @@ pub use renamed_key::RenamedKey;
 pub use resolution::Resolution;
 pub use table::{OutOfRange, Schedule, Table};
 
+use input_files::InputFiles;
 use renamed_key::RenamedKeys;
 
 /// A layup, its exposure, sensors, scale factors and observations; validated and immutable.
@@ -80,6 +83,8 @@ pub struct Case {
     pub(crate) resolution: Resolution,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) renamed_keys: RenamedKeys,
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) input_files: InputFiles,
 }
 
 impl Case {
@@ -152,6 +157,11 @@ impl Case {
     /// They are no part of the content; a case from a builder has none.
     pub fn renamed_keys(&self) -> &[RenamedKey] {
         &self.renamed_keys.0
+    }
+
+    /// The files that the case was read from; none if it was built from values.
+    pub fn input_files(&self) -> &[InputFile] {
+        &self.input_files.0
     }
 
     /// The case with other estimation settings, which the caller has validated.

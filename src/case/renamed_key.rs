@@ -1,6 +1,5 @@
 //! Old names of keys and values, which the files of a case may still use.
 
-use super::error::SourceLocation;
 use std::fmt;
 
 /// A key or a value of a file that has been renamed, and was read under its old name.
@@ -9,8 +8,10 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RenamedKey {
-    /// Position of the old name.
-    pub location: SourceLocation,
+    /// The file with the old name, or the override.
+    pub file: String,
+    /// The line, counted from one; none for an override.
+    pub line: Option<usize>,
     /// The old name, as written.
     pub old: &'static str,
     /// The name that replaces it.
@@ -19,9 +20,8 @@ pub struct RenamedKey {
 
 impl fmt::Display for RenamedKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SourceLocation { file, line_column } = &self.location;
-        let line = line_column.map_or_else(String::new, |(line, _)| format!(":{line}"));
-        write!(f, "{file}{line}: {:?} is now {:?}", self.old, self.new)
+        let line = self.line.map_or_else(String::new, |line| format!(":{line}"));
+        write!(f, "{}{line}: {:?} is now {:?}", self.file, self.old, self.new)
     }
 }
 

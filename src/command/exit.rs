@@ -19,13 +19,26 @@ pub(crate) enum Failure {
     Input(anyhow::Error),
     /// Device error: exit code 3.
     Device(anyhow::Error),
-    /// The report could not be written: exit code 1.
+    /// The report could not be written, or the run was stopped before there was an answer: exit code 1.
     Report(anyhow::Error),
 }
 
 /// An error of the input.
 pub(crate) fn input(message: impl ToString) -> Failure {
     Failure::Input(anyhow::anyhow!(message.to_string()))
+}
+
+/// An error of opening the folder of the outputs, before any work.
+pub(crate) fn unusable_folder(error: ReportError) -> Failure {
+    match error {
+        ReportError::Io { .. } => Failure::Input(error.into()),
+        other => other.into(),
+    }
+}
+
+/// An error of writing an output.
+pub(crate) fn unwritten(message: impl ToString) -> Failure {
+    Failure::Report(anyhow::anyhow!(message.to_string()))
 }
 
 impl From<CaseError> for Failure {
@@ -43,7 +56,9 @@ impl From<MarchError> for Failure {
 impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
         match error {
-            ReportError::OtherCase { .. } | ReportError::NotAFolder { .. } => Self::Input(error.into()),
+            ReportError::OtherCase { .. } | ReportError::NotAFolder { .. } | ReportError::Locked { .. } => {
+                Self::Input(error.into())
+            }
             other => Self::Report(other.into()),
         }
     }
@@ -54,6 +69,7 @@ impl From<SessionError> for Failure {
         match error {
             SessionError::Input(error) => input(message_with_flag(&error)),
             SessionError::Report(error) => error.into(),
+            SessionError::Stopped => Self::Report(error.into()),
             other => Self::Device(other.into()),
         }
     }

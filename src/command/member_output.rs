@@ -1,15 +1,17 @@
 //! The Parquet files of `--keep`, written batch by batch as members complete.
 
 use crate::command::args::KeepArg;
-use crate::command::exit::Failure;
-use bondline::case::Case;
+use crate::command::exit::{Failure, input};
+use crate::command::resume::Resumable;
+use bondline::Session;
 use bondline::ensemble::Ensemble;
-use bondline::plan::Plan;
 use bondline::report::ReportError;
-use bondline::report::files::{MemberRow, MembersFile, OutputFolder, TracesFile};
+use bondline::report::files::{MemberRow, MembersFile, TracesFile};
 use bondline::study::nominal::Peak;
 use bondline::traces::{MemberStatus, Traces};
+use std::fs;
 use std::ops::Range;
+use std::path::PathBuf;
 
 /// The open files, and the first error of writing them.
 pub(crate) struct MemberOutput {
@@ -20,32 +22,48 @@ pub(crate) struct MemberOutput {
 }
 
 impl MemberOutput {
-    /// Create the files. Those of a part of the members have its range in their names, as parts may share a folder.
+    /// Create the files, whose paths `path_of` states by name. Those of a part of the members have its range in their
+    /// names, as parts may share a folder. Rows are kept beside the members of the checkpoint, and begin with those of
+    /// the members that it has.
     pub(crate) fn create(
-        folder: &mut OutputFolder,
-        case: &Case,
-        plan: &Plan,
+        path_of: &mut dyn FnMut(&str) -> Result<PathBuf, ReportError>,
+        session: &Session,
         keep: Option<KeepArg>,
         part: Option<&Range<usize>>,
+        resumable: Option<&Resumable>,
     ) -> Result<Self, Failure> {
         let part = part.map_or(String::new(), |part| format!("-{}-{}", part.start, part.end));
+        let (case, instants_s) = (session.case(), session.plan().instants_s().to_vec());
+        let mut output = Self { instants_s, members: None, traces: None, result: Ok(()) };
+        let (Some(keep), Some(Resumable { checkpoint, kept })) = (keep, resumable) else { return Ok(output) };
         let names: Vec<&str> = case.factors().iter().map(|factor| factor.name.as_str()).collect();
         let sensors: Vec<&str> = case.sensors().iter().map(|sensor| sensor.name.as_str()).collect();
-        let members = match keep {
-            Some(_) => {
-                Some(MembersFile::create(&folder.reserve(&format!("members{part}.parquet"))?, &names, &sensors)?)
-            }
-            None => None,
-        };
-        let traces = match keep {
-            Some(KeepArg::Traces) => Some(TracesFile::create(
-                &folder.reserve(&format!("traces{part}.parquet"))?,
-                &sensors,
-                plan.instants_s(),
-            )?),
-            _ => None,
-        };
-        Ok(Self { instants_s: plan.instants_s().to_vec(), members, traces, result: Ok(()) })
+        let folder = checkpoint.folder();
+        fs::create_dir_all(folder).map_err(|source| ReportError::Io {
+            operation: "making",
+            path: folder.to_owned(),
+            source,
+        })?;
+        let (count, end) = kept.as_ref().map_or((0, 0), |kept| (kept.members.len(), kept.members.end));
+        let mut members = MembersFile::create(&path_of(&format!("members{part}.parquet"))?, &names, &sensors)?;
+        let mut has_rows = members.keep_in(&folder.join("members.rows"), end)? == count;
+        output.members = Some(members);
+        if keep == KeepArg::Traces {
+            let path = path_of(&format!("traces{part}.parquet"))?;
+            let mut traces = TracesFile::create(&path, &sensors, &output.instants_s)?;
+            let rows = traces.keep_in(&folder.join("traces.rows"), end)?;
+            let completed = kept.as_ref().map_or(0, |kept| kept.completed);
+            has_rows &= rows == completed * output.instants_s.len();
+            output.traces = Some(traces);
+        }
+        if !has_rows {
+            return Err(input(format!(
+                "--keep: {} does not have the rows of its {count} members: leave out --keep, or start anew with \
+                 --force",
+                folder.display()
+            )));
+        }
+        Ok(output)
     }
 
     /// Append a batch of members. An error is returned by [`close`](Self::close), as the march does not stop for it.
@@ -66,17 +84,19 @@ impl MemberOutput {
                     peaks: &(0..traces.sensors).map(peak).collect::<Vec<Peak>>(),
                 })?;
             }
+            file.end_batch()?;
         }
         self.traces.as_mut().map_or(Ok(()), |file| file.append(traces))
     }
 
-    pub(crate) fn close(self) -> Result<(), Failure> {
+    /// Complete the files. `origin` says what made the rows.
+    pub(crate) fn close(self, origin: &[(&str, String)]) -> Result<(), Failure> {
         self.result?;
         if let Some(file) = self.members {
-            file.close()?;
+            file.close(origin)?;
         }
         if let Some(file) = self.traces {
-            file.close()?;
+            file.close(origin)?;
         }
         Ok(())
     }

@@ -14,9 +14,11 @@ mod member_output;
 mod merge;
 mod predict;
 mod progress;
+mod resume;
 mod run;
 mod sensitivity;
 mod size;
+mod stop;
 mod study;
 mod twin;
 mod uncertainty;
@@ -30,9 +32,11 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
     match cli.command {
         Command::Init(init) => init::run(&init),
         Command::Predict(case) => predict::run(&case),
-        Command::Uncertainty { case, sweep, keep, part: None } => uncertainty::run(&case, &sweep, keep),
-        Command::Uncertainty { case, sweep, keep, part: Some(part) } => {
-            uncertainty::write_part(&case, &sweep, keep, convert::member_range(&part, sweep.members)?)
+        Command::Uncertainty { case, sweep, resume, keep, part: None } => {
+            uncertainty::run(&case, &sweep, &resume, keep)
+        }
+        Command::Uncertainty { case, sweep, resume, keep, part: Some(part) } => {
+            uncertainty::write_part(&case, &sweep, &resume, keep, convert::member_range(&part, sweep.members)?)
         }
         Command::Merge(merge) => merge::run(&merge),
         Command::Sensitivity { case, data, step, method } => sensitivity::run(&case, &data, method, step),
@@ -47,7 +51,9 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
             };
             estimate::run(&case, &arguments)
         }
-        Command::Study { case, sweep, data, fit, posterior } => study::run(&case, &sweep, &data, &fit, &posterior),
+        Command::Study { case, sweep, resume, data, fit, posterior } => {
+            study::run(&case, &sweep, &resume, &data, &fit, &posterior)
+        }
         Command::Size { case, size, sweep } => size::run(&case, &size, &sweep),
         Command::History { case, data, history } => history::run(&case, &data, &history),
         Command::Twin { twin, data, fit } => match twin.study {

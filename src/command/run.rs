@@ -2,20 +2,24 @@
 
 use crate::command::args::convert;
 use crate::command::args::renamed;
-use crate::command::args::{CaseArgs, MarchArgs};
-use crate::command::exit::{Failure, Output, input};
+use crate::command::args::{CaseArgs, MarchArgs, ResumeArgs};
+use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
+use crate::command::resume::{Resumable, time_limit};
+use crate::command::stop::token_of_signals;
 use bondline::Session;
 use bondline::case::{Case, RenamedKey};
 use bondline::report::files::OutputFolder;
 use bondline::session::Answers;
 use bondline::study::uncertainty::{self, failure_reason};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// A study of a case, with the folder of its report.
 pub(crate) struct Run {
     pub session: Session,
     pub folder: OutputFolder,
+    pub resumable: Option<Resumable>,
     progress: MarchProgress,
     json: bool,
 }
@@ -24,16 +28,37 @@ impl Run {
     /// Open the session, and the folder of the report.
     pub(crate) fn open(command: &str, args: &CaseArgs, case: Case) -> Result<Self, Failure> {
         let id = case.id().to_owned();
-        Self::open_with_id(command, args, case, &id)
+        Self::open_with(command, args, case, &id, None)
+    }
+
+    /// [`open`](Self::open) for a sweep that keeps its complete members.
+    pub(crate) fn open_resumable(
+        command: &str,
+        args: &CaseArgs,
+        case: Case,
+        resume: &ResumeArgs,
+    ) -> Result<Self, Failure> {
+        let id = case.id().to_owned();
+        Self::open_with(command, args, case, &id, Some(resume))
     }
 
     /// [`open`](Self::open) with an `id` that names all cases of the report.
     pub(crate) fn open_with_id(command: &str, args: &CaseArgs, case: Case, id: &str) -> Result<Self, Failure> {
-        let path = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command));
-        let folder = OutputFolder::open(&path, id, args.force)?;
+        Self::open_with(command, args, case, id, None)
+    }
+
+    fn open_with(
+        command: &str,
+        args: &CaseArgs,
+        case: Case,
+        id: &str,
+        resume: Option<&ResumeArgs>,
+    ) -> Result<Self, Failure> {
+        let folder = OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
+        let resumable = resume.map(|resume| Resumable::open(folder.checkpoint(), args, resume)).transpose()?;
         let progress = MarchProgress::new(args.march.quiet);
-        let session = Session::open(case, &convert::options(&args.march, &progress)?)?;
-        Ok(Self { session, folder, progress, json: args.json })
+        let session = open_session(args, case, resumable.as_ref(), &progress)?;
+        Ok(Self { session, folder, resumable, progress, json: args.json })
     }
 
     /// Remove the progress bar.
@@ -45,9 +70,39 @@ impl Run {
     pub(crate) fn finish(self, failure: Option<String>) -> Result<Output, Failure> {
         self.clear_progress();
         let files = self.session.report(&self.folder)?;
+        let stopped = self.session.answers().and_then(stop_reason);
+        if let (Some(resumable), None) = (&self.resumable, &stopped) {
+            resumable.remove()?;
+        }
         let text = output_text(&files, self.json, || self.session.summary().map_err(Failure::from))?;
-        Ok(Output { text, failure: self.session.answers().and_then(exit_reason).or(failure) })
+        let failure = stopped.or_else(|| self.session.answers().and_then(exit_reason)).or(failure);
+        Ok(Output { text, failure })
     }
+}
+
+/// A session that Ctrl-C and a time limit stop, and that keeps the members of its sweep.
+pub(crate) fn open_session(
+    args: &CaseArgs,
+    case: Case,
+    resumable: Option<&Resumable>,
+    progress: &MarchProgress,
+) -> Result<Session, Failure> {
+    let mut options = convert::options(&args.march, progress)?.cancel(&token_of_signals());
+    options.until = time_limit(args)?.map(|limit| Instant::now() + limit);
+    options.checkpoint = resumable.map(|resumable| resumable.checkpoint.clone());
+    Ok(Session::open(case, &options)?)
+}
+
+/// How a sweep that was stopped goes on.
+fn stop_reason(answers: &Answers) -> Option<String> {
+    let sweep = answers.uncertainty.as_ref().filter(|sweep| sweep.is_partial())?;
+    let (members, requested) = (sweep.members, sweep.requested);
+    Some(format!("stopped after {members} of {requested} members: --resume goes on with the others"))
+}
+
+/// The folder of the outputs of a command.
+pub(crate) fn output_path(command: &str, args: &CaseArgs, id: &str) -> PathBuf {
+    args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command))
 }
 
 /// The reason for exit code 1: the nominal march failed, or the minimisation did not converge.

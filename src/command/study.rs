@@ -1,7 +1,7 @@
 //! `bondline study`: prediction, uncertainty, sensitivity and estimate in one report.
 
 use crate::command::args::convert;
-use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, SweepArgs};
+use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, ResumeArgs, SweepArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load, too_many_failed};
 use bondline::session::StudyOptions;
@@ -9,6 +9,7 @@ use bondline::session::StudyOptions;
 pub(crate) fn run(
     args: &CaseArgs,
     sweep: &SweepArgs,
+    resume: &ResumeArgs,
     data: &ObservationArgs,
     fit: &FitArgs,
     posterior: &PosteriorArgs,
@@ -24,7 +25,7 @@ pub(crate) fn run(
     if let (Some(reason), Some(option)) = (options.check(&case)?, given_option) {
         return Err(input(format!("{option}: nothing is estimated: {reason}")));
     }
-    let mut run = Run::open("study", args, case)?;
+    let mut run = Run::open_resumable("study", args, case, resume)?;
     let answers = run.session.study(&options)?;
     let failure = answers
         .uncertainty

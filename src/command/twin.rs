@@ -80,6 +80,7 @@ pub(crate) fn coverage_study(
         out: args.out.clone(),
         force: args.force,
         json: args.json,
+        limit_time: None,
         march: args.march.clone(),
     };
     let case = load(&case_args.case, &case_args.march)?;

@@ -1,13 +1,14 @@
 //! Selection of the backend for a march.
 
 use super::cpu::Cpu;
+use super::fallback::FallbackMarch;
 #[cfg(feature = "gpu")]
 use super::gpu::{
     Gpu,
     device::{self, Adapter, Device},
 };
 use super::richardson::RichardsonMarch;
-use super::{March, MarchError, Precision};
+use super::{Backend, March, MarchError, Precision};
 use crate::plan::Plan;
 
 /// The backend options of a run.
@@ -85,12 +86,20 @@ fn open_adapter(options: &BackendOptions, adapter: Adapter) -> Result<Box<dyn Ma
     Ok(Box::new(Gpu::new(device, options.precision.unwrap_or(Precision::F32))?))
 }
 
-/// [`open`], with Richardson extrapolation over both resolutions of a plan.
+/// [`open`], with Richardson extrapolation over both resolutions of a plan. When a device fails later, the CPU takes
+/// over.
 ///
 /// # Errors
 /// As [`open`].
 pub fn open_extrapolated(options: &BackendOptions, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
-    Ok(Box::new(RichardsonMarch::new(open(options, plan, members)?)))
+    let march = open(options, plan, members)?;
+    let Backend { kind, precision, .. } = march.backend();
+    let march = Box::new(RichardsonMarch::new(march));
+    if kind == "cpu" {
+        return Ok(march);
+    }
+    let reserve = RichardsonMarch::new(Box::new(Cpu::new(precision)));
+    Ok(Box::new(FallbackMarch::new(march, Box::new(reserve))))
 }
 
 /// Whether [`open`] looks for a hardware GPU because of the amount of work.

@@ -111,7 +111,7 @@ impl Cpu {
 impl March for Cpu {
     fn backend(&self) -> Backend {
         let name = format!("{} threads, {}", self.threads, self.instruction_set.name());
-        Backend { name, kind: "cpu", precision: self.precision }
+        Backend { name, kind: "cpu", driver: None, precision: self.precision }
     }
 
     /// Traces of about 8 MiB, so that progress is reported often and memory stays small; but at least four SIMD groups
@@ -154,7 +154,7 @@ pub struct ScalarReference(pub Precision);
 
 impl March for ScalarReference {
     fn backend(&self) -> Backend {
-        Backend { name: "one member at a time".to_owned(), kind: "cpu", precision: self.0 }
+        Backend { name: "one member at a time".to_owned(), kind: "cpu", driver: None, precision: self.0 }
     }
 
     fn capacity(&self, _plan: &Plan) -> usize {

@@ -3,6 +3,7 @@
 pub mod backend_selection;
 pub mod batching;
 pub mod cpu;
+pub mod fallback;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod monitor;
@@ -42,6 +43,8 @@ pub struct Backend {
     pub name: String,
     /// `cpu` or `gpu`.
     pub kind: &'static str,
+    /// The driver of a device, and its version; `None` for the CPU.
+    pub driver: Option<String>,
     /// Floating-point precision of the march.
     pub precision: Precision,
 }
@@ -104,6 +107,16 @@ pub enum MarchError {
     /// The march was cancelled.
     #[error("cancelled")]
     Cancelled,
+    /// The march was stopped by its token or its time limit.
+    #[error("stopped before there was an answer")]
+    Stopped,
+}
+
+impl MarchError {
+    /// Whether another backend may succeed: the error is not of the plan and not wanted.
+    pub fn is_of_device(&self) -> bool {
+        !matches!(self, Self::InconsistentPlan(_) | Self::Cancelled | Self::Stopped)
+    }
 }
 
 /// A batch in progress: waits for the members and returns their traces.
@@ -120,6 +133,11 @@ pub trait March: Send {
     /// them.
     fn monitor(&self) -> Monitor {
         Monitor::default()
+    }
+
+    /// What did not go as planned, for the record of a study.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
     }
 
     /// March `members` of the ensemble through the plan.

@@ -10,10 +10,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Cancels marches from another thread or from a progress callback. Clones share one state. A cancelled token stays
-/// cancelled until it is reset.
+/// Cancels or stops marches from another thread or from a progress callback. Clones share one state. A cancelled or
+/// stopped token stays so until it is reset.
 #[derive(Clone, Debug, Default)]
-pub struct CancelToken(Arc<AtomicBool>);
+pub struct CancelToken {
+    cancelled: Arc<AtomicBool>,
+    stopped: Arc<AtomicBool>,
+}
 
 impl CancelToken {
     /// A token that is not cancelled.
@@ -23,23 +26,37 @@ impl CancelToken {
 
     /// Stop the marches that hold this token before their next batch of members.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// As [`cancel`](Self::cancel), but a sweep ends with an answer from the members that are complete.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// The flag that [`stop`](Self::stop) sets, for a signal handler.
+    pub fn stop_flag(&self) -> Arc<AtomicBool> {
+        self.stopped.clone()
     }
 
     /// Allow marches again.
     pub fn reset(&self) {
-        self.0.store(false, Ordering::Relaxed);
+        self.cancelled.store(false, Ordering::Relaxed);
+        self.stopped.store(false, Ordering::Relaxed);
     }
 
     /// Whether the token is cancelled.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.cancelled.load(Ordering::Relaxed)
     }
 
     /// # Errors
-    /// [`MarchError::Cancelled`] once the token is cancelled.
+    /// [`MarchError::Cancelled`] once the token is cancelled, [`MarchError::Stopped`] once it is stopped.
     pub fn check(&self) -> Result<(), MarchError> {
-        if self.is_cancelled() { Err(MarchError::Cancelled) } else { Ok(()) }
+        if self.is_cancelled() {
+            return Err(MarchError::Cancelled);
+        }
+        if self.stopped.load(Ordering::Relaxed) { Err(MarchError::Stopped) } else { Ok(()) }
     }
 }
 
@@ -75,18 +92,20 @@ impl fmt::Debug for ProgressCallback {
 pub struct Monitor {
     progress: Option<ProgressCallback>,
     cancel: CancelToken,
+    until: Option<Instant>,
 }
 
 impl Monitor {
-    /// Reports to `progress`, and stops marches once `cancel` is cancelled.
-    pub fn new(progress: Option<ProgressCallback>, cancel: CancelToken) -> Self {
-        Self { progress, cancel }
+    /// Reports to `progress`, and stops marches once `cancel` is cancelled or stopped, or after `until`.
+    pub fn new(progress: Option<ProgressCallback>, cancel: CancelToken, until: Option<Instant>) -> Self {
+        Self { progress, cancel, until }
     }
 
     /// # Errors
-    /// [`MarchError::Cancelled`] once the monitor is cancelled.
+    /// [`MarchError::Cancelled`] once the monitor is cancelled, [`MarchError::Stopped`] once it is stopped.
     pub fn check(&self) -> Result<(), MarchError> {
-        self.cancel.check()
+        self.cancel.check()?;
+        if self.until.is_some_and(|until| Instant::now() >= until) { Err(MarchError::Stopped) } else { Ok(()) }
     }
 
     /// Reports progress.
@@ -172,6 +191,10 @@ impl March for MonitoredMarch {
 
     fn monitor(&self) -> Monitor {
         self.monitor.clone()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.march.remarks()
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {

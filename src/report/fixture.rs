@@ -10,6 +10,7 @@ use crate::study::estimate::ParameterEstimates;
 use crate::study::nominal::{ErrorEstimate, Misfit, Peak, Prediction};
 use crate::study::posterior::Posterior;
 use crate::study::proportion::Proportion;
+use crate::study::run_record::RunRecord;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::simultaneous_band::SimultaneousBand;
 use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
@@ -41,7 +42,9 @@ impl StudyFixture {
     pub(super) fn answers(&self, question: &'static str) -> Answers {
         let is = |questions: &[&str]| question == "study" || questions.contains(&question);
         let seconds = Timing { plan_s: 0.002, march_s: 3.4, other_s: 0.21, start: Instant::now() };
-        let mut answers = Answers::new(question, self.case.clone(), self.backend.clone(), seconds);
+        let command_line = ["bondline", question, "lcat-2259", "--set", "pressure=3 kPa"].map(str::to_owned).to_vec();
+        let run = RunRecord::new(Some(command_line), &self.backend, 2);
+        let mut answers = Answers::new(question, self.case.clone(), self.backend.clone(), seconds, run);
         answers.seed = is(&["uncertainty"]).then_some(1);
         answers.nominal = is(&["predict", "uncertainty", "sensitivity"]).then(|| self.nominal.clone());
         answers.uncertainty = is(&["uncertainty"]).then(|| self.uncertainty.clone());
@@ -237,6 +240,7 @@ fn case() -> Case {
             largest_step_s: 0.5,
             output_interval_s: 0.5,
         },
+        input_files: Default::default(),
     }
 }
 
@@ -306,6 +310,7 @@ fn uncertainty(case: &Case, nominal: &Prediction) -> Uncertainty {
         bounds: Bounds::Small,
         seed: 1,
         sampling: "normal",
+        requested: 5000,
         members: 5000,
         completed: 4997,
         failures: vec![Failure {
@@ -389,7 +394,12 @@ pub(super) fn outcomes() -> StudyFixture {
         sensitivity: sensitivity(),
         estimated: estimated(&case, nominal.clone()),
         posterior: posterior(),
-        backend: Backend { name: "AMD EPYC, 2 threads".to_owned(), kind: "cpu", precision: Precision::F64 },
+        backend: Backend {
+            name: "AMD EPYC, 2 threads".to_owned(),
+            kind: "cpu",
+            driver: None,
+            precision: Precision::F64,
+        },
         nominal,
         case,
     }

@@ -57,6 +57,14 @@ pub enum ReportError {
         /// The file.
         path: PathBuf,
     },
+    /// Another process writes the folder, or the same file of it.
+    #[error("{path:?} is being written by {}; wait until it ends, or choose another --out", holder_text(holder))]
+    Locked {
+        /// The folder or file.
+        path: PathBuf,
+        /// `process 4711 on host since 2026-11-24T14:20:12Z`; empty if it is not known.
+        holder: String,
+    },
     /// A file or folder cannot be read, made, written, renamed or removed.
     #[error("{operation} {path:?}: {source}")]
     Io {
@@ -94,6 +102,10 @@ pub enum ReportError {
     /// JSON cannot be written.
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),
+}
+
+fn holder_text(holder: &str) -> &str {
+    if holder.is_empty() { "another process" } else { holder }
 }
 
 impl Answers {
@@ -154,7 +166,7 @@ fn backend_text(backend: &Backend) -> String {
 
 /// Write the report into a folder: `report.html`, `figures/*.svg`, the tables, and last `summary.json`.
 ///
-/// All files are composed in memory first, so that an error leaves the folder unchanged.
+/// An error leaves the folder unchanged: a complete report takes the place of the earlier one.
 ///
 /// # Errors
 /// When a figure cannot be drawn or the folder cannot be written.

@@ -140,10 +140,12 @@ impl Section {
     }
 }
 
-/// Numbers of members requested and completed.
+/// Numbers of members requested, completed and failed; a sweep that was stopped has others.
+#[derive(Default)]
 pub(super) struct MemberCounts {
     pub requested: usize,
     pub completed: usize,
+    pub failed: usize,
 }
 
 /// Limits of the screen: rows of each kind.

@@ -22,7 +22,11 @@ use crate::study::uncertainty::Uncertainty;
 
 impl Reportable for Uncertainty {
     fn members(&self) -> Option<MemberCounts> {
-        Some(MemberCounts { requested: self.members, completed: self.completed })
+        Some(MemberCounts {
+            requested: self.requested,
+            completed: self.completed,
+            failed: self.members - self.completed,
+        })
     }
 
     fn facts(&self) -> Vec<String> {
@@ -40,6 +44,13 @@ impl Reportable for Uncertainty {
     }
 
     fn warnings(&self, _: &Answers) -> Vec<String> {
+        let stopped = self.is_partial().then(|| {
+            format!(
+                "The sweep was stopped after {} of {}; intervals are those of the members so far.",
+                format::count(self.members),
+                format::counted(self.requested, "member")
+            )
+        });
         let failed = self.failures.iter().map(|failure| {
             format!(
                 "{} of {} failed ({}), first member {}; they are excluded from all statistics.",
@@ -49,7 +60,7 @@ impl Reportable for Uncertainty {
                 format::count(failure.first)
             )
         });
-        failed.collect()
+        stopped.into_iter().chain(failed).collect()
     }
 
     fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {

@@ -20,6 +20,7 @@ pub(super) fn all(answers: &Answers) -> Vec<String> {
     let mut warnings: Vec<String> = each.iter().flat_map(|answer| answer.warnings(answers)).collect();
     let marches: Vec<&Prediction> =
         answers.nominal_march().into_iter().chain(each.iter().find_map(|answer| answer.fitted())).collect();
+    warnings.extend(answers.run.remarks.iter().cloned());
     warnings.extend(table_excursions(&answers.case, &marches));
     warnings
 }

@@ -25,6 +25,9 @@ pub enum SessionError {
     /// The march was cancelled by its token.
     #[error("cancelled")]
     Cancelled,
+    /// The march was stopped, by its token or its time limit, before there was an answer.
+    #[error("stopped before there was an answer")]
+    Stopped,
     /// The report could not be written.
     #[cfg(feature = "report")]
     #[error(transparent)]
@@ -65,6 +68,7 @@ impl From<MarchError> for SessionError {
     fn from(error: MarchError) -> Self {
         match error {
             MarchError::Cancelled => Self::Cancelled,
+            MarchError::Stopped => Self::Stopped,
             other => Self::March(other),
         }
     }

@@ -7,6 +7,8 @@
 
 #[cfg(feature = "report")]
 mod answers;
+#[cfg(feature = "serde")]
+mod checkpoint;
 mod error;
 #[cfg(feature = "serde")]
 mod merge;
@@ -16,9 +18,11 @@ mod selection;
 pub use crate::march::backend_selection::BackendKind;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
 pub use crate::study::answers::Answers;
+#[cfg(feature = "serde")]
+pub use checkpoint::{Checkpoint, KeptMembers};
 pub use error::{InputError, SessionError};
 #[cfg(feature = "serde")]
-pub use merge::merge;
+pub use merge::{MissingMembers, merge, missing_members};
 pub use options::{
     Derivatives, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions,
     SizeOptions, Start, StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
@@ -28,7 +32,7 @@ use crate::adapt::adapt_monitored;
 use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::monitor::MonitoredMarch;
-use crate::march::{Backend, March, Precision, backend_selection, march_all};
+use crate::march::{Backend, March, MarchError, Precision, backend_selection, march_all};
 use crate::plan::Plan;
 #[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
@@ -38,16 +42,23 @@ use crate::study::flux_inversion::{FluxInversion, invert_flux};
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
 use crate::study::posterior::{Walkers, posterior};
+use crate::study::run_record::RunRecord;
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
 use crate::study::size::{Sizing, size};
+#[cfg(feature = "serde")]
+use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
 use crate::study::timing::Timing;
 use crate::study::twin::{SyntheticData, twin};
 use crate::study::uncertainty::{SweepStatistics, Uncertainty, failure_reason};
+#[cfg(feature = "serde")]
+use crate::traces::MemberStatus;
 use crate::traces::Traces;
+#[cfg(feature = "serde")]
+use checkpoint::SweepKeeper;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
-#[cfg(feature = "report")]
+#[cfg(feature = "serde")]
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -91,6 +102,8 @@ pub struct SweepPart {
     pub statistics: SweepStatistics,
     /// The backend that computed them.
     pub backend: Backend,
+    /// When, by which command and from which files.
+    pub run: RunRecord,
 }
 
 impl Session {
@@ -146,6 +159,9 @@ impl Session {
 
     /// A Monte Carlo sweep over the factors: percentiles of temperatures, and sensitivity indices of the factors.
     ///
+    /// A sweep that is stopped answers from the members that are complete, if there are two: see
+    /// [`Uncertainty::is_partial`].
+    ///
     /// # Errors
     /// When an option is wrong, the case has no factors, the device fails or the march is cancelled.
     pub fn uncertainty(&mut self, options: &UncertaintyOptions) -> Result<Uncertainty, SessionError> {
@@ -193,8 +209,12 @@ impl Session {
                 let message = format!("no statistics without a reference: the nominal march failed: {reason}");
                 return Err(InputError::general(message).into());
             }
-            let gathered = study.sweep_statistics(options, &nominal, part, members)?;
-            Ok(SweepPart { nominal, statistics: gathered, backend: study.march.backend() })
+            let gathered = study.sweep_statistics(options, &nominal, part.clone(), members)?;
+            if gathered.members() < part.len() {
+                return Err(SessionError::Stopped);
+            }
+            let run = study.answers.run.clone();
+            Ok(SweepPart { nominal, statistics: gathered, backend: study.march.backend(), run })
         });
         self.answers = None;
         found
@@ -223,6 +243,8 @@ impl Session {
         self.run("estimate", prepared.case, ESTIMATE_MEMBERS, |study| {
             let others = prepared.others.into_iter().map(|other| with_tolerance(other, study.tolerance_k));
             study.answers.other_cases = others.collect();
+            let compared = prepared.comparison.as_ref();
+            study.answers.other_cases.iter().chain(compared).for_each(|case| study.answers.run.add_files(case));
             let found = study.estimate(&options.fit, options.posterior.as_ref())?;
             if let Some(other) = prepared.comparison {
                 study.compare(other, &options.fit, &found)?;
@@ -239,7 +261,10 @@ impl Session {
         let (case, not_estimated) = options.prepared(&self.case)?;
         let result = self.run_with_answers("study", case, options.sweep.members, |study| {
             study.predict()?;
-            study.uncertainty(&options.sweep, &mut |_, _| {})?;
+            if study.uncertainty(&options.sweep, &mut |_, _| {})?.is_partial() {
+                study.answers.not_estimated = Some("the sweep was stopped".to_owned());
+                return Ok(());
+            }
             study.sensitivity(&SensitivityOptions::default())?;
             if not_estimated.is_none() {
                 study.estimate(&options.fit, options.posterior.as_ref())?;
@@ -401,15 +426,28 @@ impl Session {
         let opening = std::mem::take(&mut self.opening);
         let now = Instant::now();
         let began = now.checked_sub(opening.total).unwrap_or(now);
-        let tolerance_k = self.options.tolerance_k;
+        let (tolerance_k, command_line) = (self.options.tolerance_k, self.options.command_line.clone());
+        #[cfg(feature = "serde")]
+        let checkpoint = self.options.checkpoint.clone();
         let (answer, answers) = self.with_march(members, self.options.precision, |plan, march| {
             let start = Instant::now();
             let seconds = Timing { plan_s: opening.plan_s, march_s: 0.0, other_s: 0.0, start: began };
-            let answers = Answers::new(command, case, march.backend(), seconds);
-            let mut study = RunningStudy { plan, march, tolerance_k, answers };
+            let backend = march.backend();
+            let mut run = RunRecord::new(command_line, &backend, rayon::current_num_threads());
+            run.add_files(&case);
+            let answers = Answers::new(command, case, backend, seconds, run);
+            let mut study = RunningStudy {
+                plan,
+                march,
+                tolerance_k,
+                #[cfg(feature = "serde")]
+                checkpoint,
+                answers,
+            };
             let answer = work(&mut study)?;
             let RunningStudy { march, mut answers, .. } = study;
             let (study_s, march_s) = (start.elapsed().as_secs_f64(), march.seconds());
+            answers.run.remarks.extend(march.remarks());
             answers.timing = Timing { march_s, other_s: (study_s - march_s).max(0.0), ..seconds };
             Ok((answer, answers))
         })?;
@@ -450,6 +488,8 @@ struct RunningStudy<'a> {
     plan: &'a Plan,
     march: &'a mut MonitoredMarch,
     tolerance_k: Option<f64>,
+    #[cfg(feature = "serde")]
+    checkpoint: Option<Checkpoint>,
     answers: Answers,
 }
 
@@ -488,9 +528,57 @@ impl RunningStudy<'_> {
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
         let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind);
+        #[cfg(feature = "serde")]
+        let mut keeper = self.keeper(options, nominal, &part, &gathered);
+        #[cfg(feature = "serde")]
+        let part = match keeper.as_ref().map_or(Ok(None), |keeper| keeper.kept(&gathered, &part))? {
+            Some((kept, next)) => {
+                gathered = kept;
+                next..part.end
+            }
+            None => part,
+        };
         self.march.begin_sweep(part.len());
-        gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, members)?;
+        let marched =
+            gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, &mut |so_far, of, batch| {
+                members(of, batch);
+                #[cfg(feature = "serde")]
+                keeper.iter_mut().for_each(|keeper| keeper.update(so_far));
+                #[cfg(not(feature = "serde"))]
+                let _ = so_far;
+            });
+        #[cfg(feature = "serde")]
+        if let Some(mut keeper) = keeper {
+            if marched.is_err() && gathered.members() > 0 {
+                keeper.keep(&gathered);
+            }
+            let remark =
+                keeper.error.map(|error| format!("complete members could not be kept while the sweep ran: {error}"));
+            self.answers.run.remarks.extend(remark);
+        }
+        match marched {
+            Err(MarchError::Stopped) if gathered.completed() >= 2 => {}
+            other => other?,
+        }
         Ok(gathered)
+    }
+
+    /// Keeps the members of a sweep, if the session has a checkpoint and the nominal march a result to refer to.
+    #[cfg(feature = "serde")]
+    fn keeper(
+        &self,
+        options: &UncertaintyOptions,
+        nominal: &Prediction,
+        part: &Range<usize>,
+        empty: &SweepStatistics,
+    ) -> Option<SweepKeeper> {
+        let checkpoint = self.checkpoint.clone().filter(|_| nominal.status == MemberStatus::Completed)?;
+        let case = &self.answers.case;
+        let path = case.input_files().first().map_or_else(PathBuf::new, |file| PathBuf::from(&file.path));
+        let mark = CaseIdentity { id: case.id.clone(), path, sets: Vec::new(), fingerprint: fingerprint(case) };
+        let (draw, run) = (SamplingRecord::from(options), self.answers.run.clone());
+        let members = part.start..part.start;
+        Some(SweepKeeper::new(checkpoint, Piece::new(mark, draw, &self.march.backend(), run, members, nominal, empty)))
     }
 
     fn sensitivity(&mut self, options: &SensitivityOptions) -> Result<Sensitivity, SessionError> {

@@ -6,6 +6,7 @@ use super::flux_inversion::FluxInversion;
 use super::model_comparison::ModelComparison;
 use super::nominal::Prediction;
 use super::posterior::Posterior;
+use super::run_record::RunRecord;
 use super::sensitivity::Sensitivity;
 use super::size::Sizing;
 use super::timing::Timing;
@@ -31,6 +32,8 @@ pub struct Answers {
     pub seed: Option<u64>,
     /// Run time by phase.
     pub timing: Timing,
+    /// When, by which command and from which files.
+    pub run: RunRecord,
     /// The prediction with nominal factors.
     pub nominal: Option<Prediction>,
     /// The Monte Carlo sweep.
@@ -54,7 +57,7 @@ pub struct Answers {
 }
 
 impl Answers {
-    pub(crate) fn new(question: &'static str, case: Case, backend: Backend, seconds: Timing) -> Self {
+    pub(crate) fn new(question: &'static str, case: Case, backend: Backend, seconds: Timing, run: RunRecord) -> Self {
         Self {
             question,
             case,
@@ -62,6 +65,7 @@ impl Answers {
             backend,
             seed: None,
             timing: seconds,
+            run,
             nominal: None,
             uncertainty: None,
             sensitivity: None,

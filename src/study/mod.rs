@@ -1,6 +1,8 @@
 //! The studies of a case: one module each, with one entry function and the struct of its results.
 
 pub mod answers;
+#[cfg(feature = "serde")]
+pub(crate) mod checksum;
 pub mod coverage_study;
 pub mod estimate;
 pub mod flux_inversion;
@@ -8,6 +10,7 @@ pub mod model_comparison;
 pub mod nominal;
 pub mod posterior;
 pub mod proportion;
+pub mod run_record;
 pub mod sensitivity;
 pub mod simultaneous_band;
 pub mod size;

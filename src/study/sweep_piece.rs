@@ -3,12 +3,14 @@
 //! The file identifies the case (path and fingerprint of its content), the sampling, the backend, and the nominal march
 //! about which deviations are accumulated. The accumulators are integers in the order of
 //! [`Accumulator::to_integers`](crate::study::statistics::Accumulator::to_integers); floating-point numbers survive to
-//! the bit.
+//! the bit. The text of the piece follows its checksum.
 
+use super::checksum::Checksum;
 use super::nominal::Prediction;
+use super::run_record::RunRecord;
 use super::simultaneous_band::Envelope;
 use super::uncertainty::{Failure, SweepStatistics};
-use crate::case::{Case, unreadable_file_message};
+use crate::case::{Case, InputFile, unreadable_file_message};
 use crate::march;
 use crate::traces::{Balance, MemberStatus, Traces};
 use serde::{Deserialize, Serialize};
@@ -16,14 +18,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use twox_hash::XxHash3_128;
+
+/// The parts of a file around the checksum and the piece.
+const CHECKSUM: &str = "{\"checksum\":\"";
+const PIECE: &str = "\",\"piece\":";
+const END: &str = "}\n";
 
 /// Content of a piece file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Piece {
-    /// The version of bondline that wrote it.
-    pub bondline: String,
+    /// When, by which version and command, and from which files it was made.
+    pub run: RunRecord,
     /// The case that was marched.
     pub case: CaseIdentity,
     /// Sampling of the whole sweep.
@@ -117,16 +123,13 @@ impl Piece {
         case: CaseIdentity,
         draw: SamplingRecord,
         backend: &march::Backend,
+        run: RunRecord,
         members: Range<usize>,
         nominal: &Prediction,
         gathered: &SweepStatistics,
     ) -> Self {
-        let record = |failure: Failure| {
-            let Failure { reason, members, first } = failure;
-            FailureRecord { reason, members, first }
-        };
         Self {
-            bondline: env!("CARGO_PKG_VERSION").to_owned(),
+            run,
             case,
             draw,
             backend: Backend {
@@ -135,7 +138,7 @@ impl Piece {
                 precision: backend.precision.name().to_owned(),
             },
             members,
-            failures: gathered.failures().into_iter().map(record).collect(),
+            failures: failure_records(gathered),
             nominal: NominalRecord {
                 temperatures_k: nominal.temperatures_k.concat(),
                 below_k: gathered.envelope().below_k.clone(),
@@ -149,25 +152,47 @@ impl Piece {
         }
     }
 
-    /// File name: `slab-0-2500.json` for members 0 to 2,499 of `slab`.
-    pub fn file_name(&self) -> String {
-        format!("{}-{}-{}.json", self.case.id, self.members.start, self.members.end)
+    /// The piece with the statistics of other members, from its first one, about the same nominal march.
+    #[must_use]
+    pub fn with_statistics(&self, gathered: &SweepStatistics) -> Self {
+        let nominal = self.nominal.clone();
+        let (case, draw, backend, run) = (self.case.clone(), self.draw.clone(), self.backend.clone(), self.run.clone());
+        let members = self.members.start..self.members.start + gathered.members();
+        let (numbers, kept) = (gathered.to_integers(), gathered.stored_traces().clone());
+        Self { run, case, draw, backend, members, failures: failure_records(gathered), nominal, numbers, kept }
     }
 
-    /// The JSON text.
+    /// The JSON text: the checksum of the piece, then the piece.
     pub fn to_json(&self) -> String {
-        serde_json::to_string(self).expect("numbers, texts and maps of whole numbers can be written")
+        let piece = serde_json::to_string(self).expect("numbers, texts and maps of whole numbers can be written");
+        format!("{CHECKSUM}{}{PIECE}{piece}{END}", Checksum::of(piece.as_bytes()))
     }
 
-    /// Read a piece file.
+    /// Read a piece file. Returns the file too, as an input of what is made from it.
     ///
     /// # Errors
-    /// When the file is unreadable or invalid.
-    pub fn read(path: &Path) -> Result<Self, PieceError> {
+    /// When the file is unreadable or invalid, or its content does not have its checksum.
+    pub fn read(path: &Path) -> Result<(Self, InputFile), PieceError> {
         let fault = |message: String| PieceError { path: path.to_owned(), message };
         let text = fs::read_to_string(path).map_err(|error| fault(unreadable_file_message(&error)))?;
-        serde_json::from_str(&text)
-            .map_err(|error| fault(format!("not a piece file of `uncertainty --members`: {error}")))
+        let file = InputFile::new(path.display().to_string(), text.as_bytes());
+        let invalid = |reason: String| fault(format!("not a piece file of `uncertainty --members`: {reason}"));
+        let inner = text.strip_prefix(CHECKSUM).and_then(|text| text.strip_suffix(END)?.split_once(PIECE));
+        let (checksum, piece) =
+            inner.ok_or_else(|| invalid(format!("expected {CHECKSUM:?} at its start and {END:?} at its end")))?;
+        let found = Checksum::of(piece.as_bytes());
+        if found != checksum {
+            let message = format!("damaged: the checksum of its content is {found}, expected {checksum}");
+            return Err(fault(message));
+        }
+        let piece = serde_json::from_str(piece).map_err(|error| invalid(error.to_string()))?;
+        Ok((piece, file))
+    }
+
+    /// Checksum of the statistics, which two pieces of the same members have in common.
+    pub fn statistics_checksum(&self) -> String {
+        let statistics = (&self.numbers, &self.kept, &self.failures);
+        Checksum::of(serde_json::to_string(&statistics).expect("numbers and texts can be written").as_bytes())
     }
 
     /// Whether both pieces have the same nominal march, to the bit.
@@ -209,10 +234,25 @@ impl Piece {
         Envelope { below_k: self.nominal.below_k.clone(), above_k: self.nominal.above_k.clone() }
     }
 
+    /// Members that completed: the first two integers, those that are counted and those out of the range of the sums.
+    pub fn completed(&self) -> usize {
+        self.numbers.iter().take(2).filter_map(|number| usize::try_from(*number).ok()).sum()
+    }
+
     /// The accumulators, as integers.
     pub fn numbers(&self) -> &[i128] {
         &self.numbers
     }
+}
+
+fn failure_records(gathered: &SweepStatistics) -> Vec<FailureRecord> {
+    let record = |Failure { reason, members, first }| FailureRecord { reason, members, first };
+    gathered.failures().into_iter().map(record).collect()
+}
+
+/// File name of a piece: `slab-0-2500.json` for members 0 to 2,499 of `slab`.
+pub fn file_name(case: &str, members: &Range<usize>) -> String {
+    format!("{case}-{}-{}.json", members.start, members.end)
 }
 
 /// Hash of the case's content, including changes by `--set`: XXH3 of its JSON with sorted keys. Numbers are written
@@ -220,5 +260,5 @@ impl Piece {
 pub fn fingerprint(case: &Case) -> String {
     // `serde_json::Value` sorts its keys, so the order of fields in the source does not matter.
     let content = serde_json::to_value(case).expect("a case is made of numbers, texts, lists and maps of texts");
-    format!("{:032x}", XxHash3_128::oneshot(content.to_string().as_bytes()))
+    Checksum::of(content.to_string().as_bytes())
 }

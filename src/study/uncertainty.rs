@@ -25,7 +25,9 @@ pub struct Uncertainty {
     /// Whether the factors are independent; if not, the indices of [`SensitivityIndices`] are those for correlated
     /// factors.
     pub is_independent: bool,
-    /// Members drawn.
+    /// Members of the sweep.
+    pub requested: usize,
+    /// Members marched: all of the sweep unless it was stopped.
     pub members: usize,
     /// Members that completed the march and were counted.
     pub completed: usize,
@@ -105,6 +107,13 @@ pub struct Sweep {
     pub bounds: Bounds,
 }
 
+impl Uncertainty {
+    /// Whether the sweep was stopped before its last member.
+    pub fn is_partial(&self) -> bool {
+        self.members < self.requested
+    }
+}
+
 impl Sweep {
     /// The ensemble of the sweep, with the correlations of the case.
     pub fn ensemble(&self, case: &Case) -> Ensemble {
@@ -143,6 +152,7 @@ pub fn uncertainty(
     let Sweep { members, sampling, bounds } = *sweep;
     let envelope = Envelope::of(case, plan, nominal, bounds, sampling.kind, &march.monitor())?;
     let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, sampling.kind);
+    let watch = &mut |_: &SweepStatistics, ensemble: &Ensemble, traces: &Traces| watch(ensemble, traces);
     gathered.march(case, plan, march, &sweep.ensemble(case), 0..members, watch)?;
     Ok(gathered.results(nominal, &sampling, members))
 }
@@ -156,7 +166,8 @@ impl SweepStatistics {
         Self { accumulator, traces, bounds, is_independent, failures: BTreeMap::new() }
     }
 
-    /// March some members of an ensemble and accumulate them; `watch` is as in [`uncertainty`].
+    /// March some members of an ensemble and accumulate them. `watch` receives the statistics up to and with each
+    /// batch, the ensemble and the batch.
     ///
     /// # Errors
     /// When the device fails.
@@ -167,7 +178,7 @@ impl SweepStatistics {
         march: &mut dyn March,
         ensemble: &Ensemble,
         members: Range<usize>,
-        watch: &mut dyn FnMut(&Ensemble, &Traces),
+        watch: &mut dyn FnMut(&Self, &Ensemble, &Traces),
     ) -> Result<(), MarchError> {
         let (mut outputs, mut factors, mut is_complete) = (Vec::new(), Vec::new(), Vec::new());
         march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
@@ -193,7 +204,7 @@ impl SweepStatistics {
                     is_complete.clear();
                 }
             }
-            watch(ensemble, &traces);
+            watch(self, ensemble, &traces);
         })
     }
 
@@ -261,8 +272,8 @@ impl SweepStatistics {
         Some(restored)
     }
 
-    /// The results for `members` members of this sampling.
-    pub fn results(&self, nominal: &Prediction, sampling: &Sampling, members: usize) -> Uncertainty {
+    /// The results from the members so far of a sweep of `requested` members.
+    pub fn results(&self, nominal: &Prediction, sampling: &Sampling, requested: usize) -> Uncertainty {
         let Self { accumulator, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
         let causes = accumulator.sensitivity_indices(self.is_independent);
@@ -300,7 +311,8 @@ impl SweepStatistics {
             bounds: self.bounds,
             sampling: sampling.kind.name(),
             is_independent: self.is_independent,
-            members,
+            requested,
+            members: self.members(),
             completed: accumulator.members(),
             failures: self.failures(),
             instants_s: nominal.instants_s.clone(),

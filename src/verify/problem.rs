@@ -137,6 +137,7 @@ impl Problem {
         let duration_s = points.iter().fold(0.0, |end_s: f64, point| end_s.max(point.time_s));
         let sensors = sensors(&points);
         let case = Case {
+            input_files: Default::default(),
             id: name.to_owned(),
             name: name.to_owned(),
             note: String::new(),

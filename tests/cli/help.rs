@@ -1,7 +1,7 @@
 //! `--help`, completions, manual pages and old option names.
 
 use super::{CASE, OBSERVATIONS, command, run, wait_for};
-use crate::support::{Scratch, root};
+use crate::support::{Scratch, root, without_run};
 
 /// A command and all subcommands under it, with their help.
 fn helps(scratch: &Scratch, words: &str) -> Vec<(String, String)> {
@@ -150,11 +150,7 @@ fn old_option_names_do_what_the_new_ones_do_and_say_so() {
         let named_new = run(&scratch, &format!("{} --json --quiet", line.replace(old, new))).succeeded();
         let note = format!("note: {old} is now {new}; the old name will go with version 0.2\n");
         assert_eq!((named_old.code, named_old.stderr.as_str()), (0, note.as_str()), "{line}");
-        let without_time = |text: &str| {
-            let mut summary: serde_json::Value = serde_json::from_str(text).expect("JSON");
-            summary.as_object_mut().expect("an object").remove("seconds");
-            summary
-        };
+        let without_time = |text: &str| without_run(serde_json::from_str(text).expect("JSON"));
         assert_eq!(without_time(&named_old.stdout), without_time(&named_new.stdout), "{line}");
     }
 }

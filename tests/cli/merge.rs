@@ -2,8 +2,9 @@
 
 use super::input_errors::refused;
 use super::{CASE, command, decomposing_case, run, run_args, wait_for};
-use crate::support::{MEMORY_KIB, Scratch};
+use crate::support::{MEMORY_KIB, Scratch, Uniform};
 use serde_json::Value;
+use twox_hash::XxHash3_128;
 
 /// Compute parts of a sweep of `c`, each on another number of threads. Returns their files.
 fn pieces(scratch: &Scratch, sweep: &str, cuts: &[(usize, usize)]) -> Vec<String> {
@@ -23,14 +24,45 @@ fn pieces(scratch: &Scratch, sweep: &str, cuts: &[(usize, usize)]) -> Vec<String
     cuts.iter().enumerate().map(piece).collect()
 }
 
-/// The summary of a report without command, times and backend, and its tables.
+/// The summary of a report without command, run and backend, and its tables.
 fn results(scratch: &Scratch, folder: &str) -> (Value, Vec<String>) {
     let mut summary: Value = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
-    for key in ["command", "seconds", "backend"] {
+    for key in ["command", "seconds", "backend", "provenance", "checksum"] {
         assert!(summary.as_object_mut().expect("an object").remove(key).is_some(), "no {key}");
     }
     let tables = ["percentiles.csv", "shares.csv", "traces.csv"];
     (summary, tables.iter().map(|table| scratch.read(&format!("{folder}/{table}"))).collect())
+}
+
+/// A piece with a replacement, and the checksum of its new content.
+#[track_caller]
+fn sealed(piece: &str, from: &str, to: &str) -> String {
+    assert!(piece.contains(from), "no {from} in the piece");
+    let changed = piece.replacen(from, to, 1);
+    let (start, rest) = changed.split_once("\",\"piece\":").expect("the checksum is before the piece");
+    let inner = rest.strip_suffix("}\n").expect("the end of a piece");
+    let checksum = XxHash3_128::oneshot(inner.as_bytes());
+    format!("{}{checksum:032x}\",\"piece\":{rest}", &start[..start.len() - 32])
+}
+
+#[test]
+fn identical_parts_count_once_and_missing_members_are_listed() {
+    let scratch = Scratch::new("pieces-missing");
+    scratch.write("c/case.toml", CASE);
+    pieces(&scratch, "-n 60", &[(0, 20), (20, 40), (50, 60)]);
+    let (first, second, last) = ("p/c-0-20.json", "p/c-20-40.json", "p/c-50-60.json");
+    // The same members, computed once more.
+    run(&scratch, "uncertainty c -n 60 --members 20..40 --out q --quiet").succeeded();
+    assert_ne!(scratch.read(second), scratch.read("q/c-20-40.json"), "the parts have the same date and command");
+    let missing = run(&scratch, &format!("merge --missing {last} {first}")).exited_with(1);
+    assert_eq!(missing.stdout, "missing: --members 20..50\n");
+    assert!(missing.stderr.contains("30 of 60 members are in no file"), "{}", missing.stderr);
+    run(&scratch, "uncertainty c -n 60 --members 40..50 --out p --quiet").succeeded();
+    let all = format!("{first} {second} {second} q/c-20-40.json p/c-40-50.json {last}");
+    assert_eq!(run(&scratch, &format!("merge --missing {all}")).succeeded().stdout, "the files have all 60 members\n");
+    run(&scratch, &format!("merge {all} --out merged")).succeeded();
+    run(&scratch, "uncertainty c -n 60 --out whole --quiet").succeeded();
+    assert_eq!(results(&scratch, "merged"), results(&scratch, "whole"));
 }
 
 #[test]
@@ -72,12 +104,14 @@ fn files_that_are_not_all_parts_of_one_sweep_are_refused_and_nothing_is_written(
         std::fs::rename(scratch.path().join("q/c-20-60.json"), scratch.path().join(name)).expect("a piece");
         name.to_owned()
     };
-    let version = format!("\"bondline\":{:?}", env!("CARGO_PKG_VERSION"));
-    assert!(scratch.read(&p(20, 40)).contains(&version), "no version in the file");
-    scratch.write("old.json", scratch.read(&p(20, 40)).replacen(&version, "\"bondline\":\"0.0.9\"", 1));
+    let version = format!("\"version\":{:?}", env!("CARGO_PKG_VERSION"));
+    scratch.write("old.json", sealed(&scratch.read(&p(20, 40)), &version, "\"version\":\"0.0.9\""));
+    let numbers = scratch.read(&p(20, 40)).split_once("\"numbers\":").expect("numbers").1[..40].to_owned();
+    let other_numbers = numbers.replacen("[20,0,", "[19,1,", 1);
+    scratch.write("numbers.json", sealed(&scratch.read(&p(20, 40)), &numbers, &other_numbers));
     let refusals = [
         (vec![p(0, 20), p(20, 40), p(30, 60)], "members 30..60 overlap another part, which ends at 40"),
-        (vec![p(0, 20), p(0, 20), p(20, 40)], "members 0..20 overlap another part, which ends at 20"),
+        (vec![p(20, 40), p(0, 20), "numbers.json".to_owned()], "numbers.json: its members 20..40 have other numbers"),
         (vec![p(20, 40), p(0, 20), p(50, 60)], "no file has members 40..50 of all 60"),
         (vec![p(0, 20), p(20, 40)], "no file has members 40..60 of all 60"),
         (vec![p(20, 40), p(30, 60)], "no file has members 0..20 of all 60"),
@@ -110,10 +144,21 @@ fn a_damaged_part_or_a_changed_case_is_refused() {
         ("\"below_k\":[", "\"below_k\":[0.1,"),
     ];
     for (from, to) in damages {
-        assert!(piece.contains(from), "no {from} in the piece");
-        scratch.write("p/c-0-20.json", piece.replacen(from, to, 1));
-        refused(&scratch, run(&scratch, &line), 2, &["p/c-0-20.json: damaged"]);
+        scratch.write("p/c-0-20.json", sealed(&piece, from, to));
+        refused(&scratch, run(&scratch, &line), 2, &["p/c-0-20.json: damaged: its numbers do not agree"]);
     }
+    // Any other byte is noticed by the checksum.
+    let mut random = Uniform(1);
+    for _ in 0..40 {
+        let mut bytes = piece.clone().into_bytes();
+        let place = random.between(0.0, bytes.len() as f64) as usize;
+        bytes[place] = if bytes[place] == b'7' { b'8' } else { b'7' };
+        scratch.write("p/c-0-20.json", bytes);
+        refused(&scratch, run(&scratch, &line), 2, &["p/c-0-20.json\": "]);
+    }
+    let digit = piece.rfind(|letter: char| letter.is_ascii_digit()).expect("a number");
+    scratch.write("p/c-0-20.json", format!("{}{}", &piece[..digit], &piece[digit + 1..]));
+    refused(&scratch, run(&scratch, &line), 2, &["damaged: the checksum of its content is ", ", expected "]);
     scratch.write("p/c-0-20.json", piece);
     scratch.write("c/case.toml", CASE.replacen("3 mm", "4 mm", 1));
     refused(&scratch, run(&scratch, &line), 2, &["is not the case of this file", "it has changed since"]);

@@ -9,6 +9,8 @@ mod init; // templates
 mod input_errors; // exit code 2: errors with their location, nothing written
 mod merge; // parts of a sweep and their merging; bounded memory
 mod options_without_effect; // exit code 2: options and keys that change nothing
+mod outputs; // one writer at a time, whole reports, nothing left over
+mod resume; // sweeps that were killed, stopped and resumed
 mod sizing_and_coverage; // sizing and coverage studies; independence of the number of threads
 mod studies; // predict, uncertainty, sensitivity, estimate, study, twin
 mod synthetic_observations; // committed synthetic observations, made again

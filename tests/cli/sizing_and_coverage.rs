@@ -1,7 +1,7 @@
 //! Sizing and coverage studies: output, files, and independence of the number of threads.
 
 use super::{CASE, CommandResult, OBSERVATIONS, command, run, wait_for};
-use crate::support::Scratch;
+use crate::support::{Scratch, without_run};
 use serde_json::Value;
 
 fn run_on_threads(scratch: &Scratch, threads: usize, line: &str) -> CommandResult {
@@ -18,10 +18,9 @@ fn case_with_observations(name: &str) -> Scratch {
 
 /// The summary of a report without times and backend, and its tables.
 fn results(scratch: &Scratch, folder: &str, tables: &[&str]) -> (Value, Vec<String>) {
-    let mut summary: Value = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
-    for key in ["seconds", "backend"] {
-        assert!(summary.as_object_mut().expect("an object").remove(key).is_some(), "no {key}");
-    }
+    let summary = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
+    let mut summary = without_run(summary);
+    assert!(summary.as_object_mut().expect("an object").remove("backend").is_some());
     (summary, tables.iter().map(|table| scratch.read(&format!("{folder}/{table}"))).collect())
 }
 

@@ -1,7 +1,7 @@
 //! The studies of a case: output, files and reproducibility.
 
 use super::{CASE, OBSERVATIONS, decomposing_case, run};
-use crate::support::Scratch;
+use crate::support::{Scratch, without_run};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use serde_json::Value;
 
@@ -9,12 +9,6 @@ fn with_case(name: &str) -> Scratch {
     let scratch = Scratch::new(name);
     scratch.write("c/case.toml", CASE);
     scratch
-}
-
-/// The summary without times.
-fn without_times(mut summary: Value) -> Value {
-    summary.as_object_mut().expect("an object").remove("seconds").expect("times");
-    summary
 }
 
 /// Expect a value at every path, such as `backend.kind`.
@@ -163,7 +157,7 @@ fn a_sweep_depends_on_its_seed_and_not_on_the_number_of_threads() {
         command.env("RAYON_NUM_THREADS", threads);
         let line = format!("uncertainty c -n 300 --json --quiet --seed {seed}");
         let ran = super::wait_for(command.args(line.split_whitespace())).succeeded();
-        let mut summary = without_times(ran.json());
+        let mut summary = without_run(ran.json());
         summary["backend"] = Value::Null;
         (summary, scratch.read("out/c/uncertainty/percentiles.csv"))
     };

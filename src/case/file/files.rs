@@ -1,5 +1,7 @@
 //! The files that a case names, on disk or in memory.
 
+use crate::case::input_files::InputFiles;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read as _};
@@ -86,6 +88,39 @@ impl FileSource for BTreeMap<String, String> {
 
     fn contains(&self, path: &str) -> bool {
         self.contains_key(path)
+    }
+}
+
+/// A source that remembers the files that were read from it.
+pub(super) struct RecordedFiles<'a> {
+    files: &'a dyn FileSource,
+    read: RefCell<InputFiles>,
+}
+
+impl<'a> RecordedFiles<'a> {
+    /// `read` are files that were read before.
+    pub(super) fn new(files: &'a dyn FileSource, read: InputFiles) -> Self {
+        Self { files, read: RefCell::new(read) }
+    }
+
+    pub(super) fn into_read(self) -> InputFiles {
+        self.read.into_inner()
+    }
+}
+
+impl FileSource for RecordedFiles<'_> {
+    fn read(&self, path: &str) -> io::Result<Vec<u8>> {
+        let bytes = self.files.read(path)?;
+        self.read.borrow_mut().add(self.files.label(path), &bytes);
+        Ok(bytes)
+    }
+
+    fn contains(&self, path: &str) -> bool {
+        self.files.contains(path)
+    }
+
+    fn label(&self, path: &str) -> String {
+        self.files.label(path)
     }
 }
 

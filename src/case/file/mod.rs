@@ -29,10 +29,12 @@ use super::builder::{CaseBuilder, checked_figure_number};
 use super::error::{CaseError, Diagnostics, ReadResult, SourceLocation};
 use super::factor_targets::FactorTargets;
 use super::gas::BLOWING_NEEDS_GAS;
+use super::input_files::InputFiles;
 use super::renamed_key::{RenamedKey, RenamedKeys};
 use super::unit::Dimension;
 use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
 use exposure::{BackFace, HotFace};
+use files::RecordedFiles;
 use references::{ReferenceResolver, built_in_gas_named, built_in_material_named};
 use renamed_keys::{FileKind, replace_in_path, replace_old_names};
 use schedule::{InitialTemperature, ScheduleReader};
@@ -58,16 +60,23 @@ impl Case {
     /// As [`Case::load`]; an error of an override names the override.
     pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
+        let mut read = InputFiles::default();
         let case = case_file_path(path, &diagnostics).and_then(|file| {
-            let mut root = document(&file, FileKind::Case, &diagnostics)?;
+            let (label, bytes) = (file.display().to_string(), files::read_bytes(&file));
+            bytes.iter().for_each(|bytes| read.add(label.clone(), bytes));
+            let mut root = text_file::parse_toml_file(bytes, &label, FileKind::Case, &diagnostics)?;
             let mut paths = Vec::new();
             spanned_toml::collect_all(
                 overrides.iter().map(|(name, value)| apply_override(&mut root, name, value, &mut paths, &diagnostics)),
             )?;
             replace_old_names(&mut root, FileKind::Case, &diagnostics);
-            read_document(&root, &Folder::new(file.parent().unwrap_or(Path::new("."))), file_id(&file), &diagnostics)
+            let folder = Folder::new(file.parent().unwrap_or(Path::new(".")));
+            let files = RecordedFiles::new(&folder, std::mem::take(&mut read));
+            let case = read_document(&root, &files, file_id(&file), &diagnostics);
+            read = files.into_read();
+            case
         });
-        build(case, diagnostics)
+        build(case, read, diagnostics)
     }
 
     /// Read a case from the text of a case file. `id` names it in messages and output; `files` provides the files that
@@ -77,16 +86,23 @@ impl Case {
     /// All errors of the text and of the files that it names, each with line and column.
     pub fn from_toml(text: &str, id: &str, files: &dyn FileSource) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
+        let mut read = InputFiles::default();
+        read.add(id.to_owned(), text.as_bytes());
+        let files = RecordedFiles::new(files, read);
         let case = text_file::parse_toml(text, id, FileKind::Case, &diagnostics)
-            .and_then(|root| read_document(&root, files, id.to_owned(), &diagnostics));
-        build(case, diagnostics)
+            .and_then(|root| read_document(&root, &files, id.to_owned(), &diagnostics));
+        build(case, files.into_read(), diagnostics)
     }
 }
 
-/// The validated case, with the old names of its files.
-fn build(read: ReadResult<CaseBuilder>, diagnostics: Diagnostics) -> Result<Case, CaseError> {
+/// The validated case, with its files and their old names.
+fn build(
+    read: ReadResult<CaseBuilder>,
+    input_files: InputFiles,
+    diagnostics: Diagnostics,
+) -> Result<Case, CaseError> {
     let renamed_keys = RenamedKeys(diagnostics.take_renamed_keys());
-    Ok(Case { renamed_keys, ..diagnostics.into_result(read)?.build()? })
+    Ok(Case { renamed_keys, input_files, ..diagnostics.into_result(read)?.build()? })
 }
 
 /// The content of a document. Errors of single values are recorded here; the builder then validates the whole case.

@@ -112,11 +112,17 @@ fn trimmed(names: &[String]) -> Vec<String> {
     names.iter().map(|name| name.trim().to_owned()).collect()
 }
 
+/// The words of the command.
+pub(crate) fn command_line() -> Vec<String> {
+    std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect()
+}
+
 /// Options of a session that reports its progress.
 pub(crate) fn options(march: &MarchArgs, progress: &MarchProgress) -> Result<Options, Failure> {
     let choice = choice(march)?;
     let display = progress.clone();
     let mut options = Options::default().backend(choice.kind).progress(move |progress| display.show(progress));
+    options.command_line = Some(command_line());
     (options.precision, options.device) = (choice.precision, choice.device);
     Ok(options)
 }

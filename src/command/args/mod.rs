@@ -7,6 +7,7 @@ mod fit;
 mod history;
 mod init;
 pub(crate) mod renamed;
+mod resume;
 mod sweep;
 mod twin;
 
@@ -16,6 +17,7 @@ pub(crate) use choices::{
 pub(crate) use fit::{FitArgs, ObservationArgs, PosteriorArgs};
 pub(crate) use history::HistoryArgs;
 pub(crate) use init::InitArgs;
+pub(crate) use resume::ResumeArgs;
 pub(crate) use sweep::{MergeArgs, SizeArgs, SweepArgs};
 pub(crate) use twin::TwinArgs;
 
@@ -53,6 +55,8 @@ pub(crate) enum Command {
         case: CaseArgs,
         #[command(flatten)]
         sweep: SweepArgs,
+        #[command(flatten)]
+        resume: ResumeArgs,
         /// Write a Parquet file with every member
         #[arg(long, value_enum)]
         keep: Option<KeepArg>,
@@ -105,6 +109,8 @@ pub(crate) enum Command {
         case: CaseArgs,
         #[command(flatten)]
         sweep: SweepArgs,
+        #[command(flatten)]
+        resume: ResumeArgs,
         #[command(flatten)]
         data: ObservationArgs,
         #[command(flatten)]
@@ -214,6 +220,9 @@ pub(crate) struct CaseArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+    /// End after this time, such as "2 h": a sweep with the members so far, other studies without an answer
+    #[arg(long, value_name = "TIME")]
+    pub limit_time: Option<String>,
     #[command(flatten)]
     pub march: MarchArgs,
 }

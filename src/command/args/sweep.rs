@@ -30,6 +30,9 @@ pub(crate) struct MergeArgs {
     /// Files written by `uncertainty --members`, in any order
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
+    /// List the members that no part has, and write no report
+    #[arg(long, conflicts_with_all = ["case", "out", "force", "json", "max_failed"])]
+    pub missing: bool,
     /// Path of the case, if it has moved since the parts were computed
     #[arg(long)]
     pub case: Option<PathBuf>,

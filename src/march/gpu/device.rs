@@ -111,6 +111,8 @@ pub fn find(name: Option<&str>) -> Result<Adapter, MarchError> {
 pub struct Device {
     /// Name reported by the driver.
     pub name: String,
+    /// The driver and its version.
+    pub driver: String,
     /// Whether it runs on the CPU.
     pub is_software: bool,
     pub(crate) limits: wgpu::Limits,
@@ -157,8 +159,8 @@ impl Device {
             .map_err(|error| MarchError::Device { device: adapter.name.clone(), message: error.to_string() })?;
         let cache = compiled.and_then(|folder| DriverCache::open(&device, &adapter.inner.get_info(), folder));
         let is_software = adapter.is_software();
-        let Adapter { name, limits, has_f64, .. } = adapter;
-        Ok(Self { name, is_software, limits, has_f64, checks, cache, device, queue })
+        let Adapter { name, driver, limits, has_f64, .. } = adapter;
+        Ok(Self { name, driver, is_software, limits, has_f64, checks, cache, device, queue })
     }
 
     /// Save the pipeline cache.

@@ -215,7 +215,8 @@ impl Gpu {
 
 impl March for Gpu {
     fn backend(&self) -> Backend {
-        Backend { name: self.device.name.clone(), kind: "gpu", precision: self.precision }
+        let Device { name, driver, .. } = &self.device;
+        Backend { name: name.clone(), kind: "gpu", driver: Some(driver.clone()), precision: self.precision }
     }
 
     fn capacity(&self, plan: &Plan) -> usize {

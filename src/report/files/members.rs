@@ -2,11 +2,15 @@
 //! members. Columns are not compressed, so that any reader can open them.
 
 use super::super::ReportError;
-use super::temporary_path;
+use super::io_error;
+use super::row_journal::RowJournal;
+use super::temporary::TemporaryPath;
+use crate::study::checksum::Checksum;
 use crate::study::nominal::Peak;
 use crate::traces::{MemberStatus, Traces};
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
@@ -32,6 +36,9 @@ pub struct MemberRow<'a> {
 
 /// `members.parquet`: `member` (int64), `status` (int32: 0 completed, 1 failed), one double per factor under its name,
 /// then `TC1_peak_k`, `TC1_peak_time_s` … per sensor.
+///
+/// Both files have key-value metadata: the version of bondline, the origin that the caller states, and the checksum of
+/// the rows, each number as a double with its least significant byte first.
 pub struct MembersFile {
     columns: ParquetColumns,
     sensors: usize,
@@ -64,6 +71,23 @@ impl MembersFile {
         Ok(Self { columns: ParquetColumns::create(path, &names, whole)?, sensors: sensors.len() })
     }
 
+    /// Keep the rows in a journal at `path` too, so that a later run can go on. The rows that it already has of members
+    /// below `end` are added first; their number is returned.
+    ///
+    /// # Errors
+    /// When the journal cannot be read or written.
+    pub fn keep_in(&mut self, path: &Path, end: usize) -> Result<usize, ReportError> {
+        self.columns.keep_in(path, end)
+    }
+
+    /// Write the members since the last batch to the journal, if there is one.
+    ///
+    /// # Errors
+    /// When the journal cannot be written.
+    pub fn end_batch(&mut self) -> Result<(), ReportError> {
+        self.columns.end_batch()
+    }
+
     /// Append a member.
     ///
     /// # Errors
@@ -79,12 +103,12 @@ impl MembersFile {
         self.columns.row(leading.into_iter().chain(row.factors.iter().copied()).chain(peaks))
     }
 
-    /// Write the last row group and rename the file.
+    /// Write the last row group and the origin of the rows, as pairs of key and value, and rename the file.
     ///
     /// # Errors
     /// When it cannot be written or renamed.
-    pub fn close(self) -> Result<PathBuf, ReportError> {
-        self.columns.close()
+    pub fn close(self, origin: &[(&str, String)]) -> Result<PathBuf, ReportError> {
+        self.columns.close(origin)
     }
 }
 
@@ -100,6 +124,15 @@ impl TracesFile {
         Ok(Self { columns: ParquetColumns::create(path, &names, whole)?, instants_s: instants_s.to_vec() })
     }
 
+    /// Keep the rows in a journal at `path` too, so that a later run can go on. The rows that it already has of members
+    /// below `end` are added first; their number is returned.
+    ///
+    /// # Errors
+    /// When the journal cannot be read or written.
+    pub fn keep_in(&mut self, path: &Path, end: usize) -> Result<usize, ReportError> {
+        self.columns.keep_in(path, end)
+    }
+
     /// Append the completed members of a batch.
     ///
     /// # Errors
@@ -112,23 +145,27 @@ impl TracesFile {
                 self.columns.row(leading.into_iter().chain(sensors))?;
             }
         }
-        Ok(())
+        self.columns.end_batch()
     }
 
-    /// Write the last row group and rename the file.
+    /// Write the last row group and the origin of the rows, as pairs of key and value, and rename the file.
     ///
     /// # Errors
     /// When it cannot be written or renamed.
-    pub fn close(self) -> Result<PathBuf, ReportError> {
-        self.columns.close()
+    pub fn close(self, origin: &[(&str, String)]) -> Result<PathBuf, ReportError> {
+        self.columns.close(origin)
     }
 }
 
 /// Columns buffered into row groups. Integers are buffered as doubles, exact to 2⁵³.
 struct ParquetColumns {
     path: PathBuf,
-    writer: Option<SerializedFileWriter<File>>,
+    /// The file until it is complete.
+    partial: TemporaryPath,
+    writer: SerializedFileWriter<File>,
     buffer: Vec<Vec<f64>>,
+    checksum: Checksum,
+    journal: Option<RowJournal>,
 }
 
 impl ParquetColumns {
@@ -144,16 +181,26 @@ impl ParquetColumns {
         }
         let schema = Type::group_type_builder("members").with_fields(fields).build();
         let schema = Arc::new(schema.map_err(|error| fault(error.to_string()))?);
-        let file = File::create(temporary_path(path)).map_err(|error| fault(error.to_string()))?;
+        let partial = TemporaryPath::new_in(path.parent().unwrap_or(Path::new("")));
+        let file = File::create(partial.path()).map_err(|error| fault(error.to_string()))?;
         let properties = Arc::new(WriterProperties::builder().build());
         let writer = SerializedFileWriter::new(file, schema, properties).map_err(|error| fault(error.to_string()))?;
-        Ok(Self { path: path.to_owned(), writer: Some(writer), buffer: vec![Vec::new(); names.len()] })
+        Ok(Self {
+            path: path.to_owned(),
+            partial,
+            writer,
+            buffer: vec![Vec::new(); names.len()],
+            journal: None,
+            checksum: Checksum::default(),
+        })
     }
 
     fn row(&mut self, values: impl Iterator<Item = f64>) -> Result<(), ReportError> {
         let mut filled = 0;
         for (column, value) in self.buffer.iter_mut().zip(values) {
             column.push(value);
+            self.checksum.add(&value.to_le_bytes());
+            self.journal.iter_mut().for_each(|journal| journal.add(value));
             filled += 1;
         }
         if filled != self.buffer.len() {
@@ -163,13 +210,32 @@ impl ParquetColumns {
         if self.buffer[0].len() == ROW_GROUP_SIZE { self.flush() } else { Ok(()) }
     }
 
+    /// Keep the rows in a journal too, after those that it has of members below `end`. Returns their number.
+    fn keep_in(&mut self, path: &Path, end: usize) -> Result<usize, ReportError> {
+        let mut rows = 0;
+        let journal = RowJournal::open(path, self.buffer.len(), end, |row| {
+            rows += 1;
+            self.row(row.iter().copied()).map_err(JournalError::Report)
+        });
+        self.journal = Some(journal.map_err(|error| match error {
+            JournalError::Report(error) => error,
+            JournalError::Io(error) => io_error("reading", path)(error),
+        })?);
+        Ok(rows)
+    }
+
+    /// Write the rows since the last batch to the journal.
+    fn end_batch(&mut self) -> Result<(), ReportError> {
+        let Some(journal) = &mut self.journal else { return Ok(()) };
+        journal.commit().map_err(io_error("writing", &self.path))
+    }
+
     fn flush(&mut self) -> Result<(), ReportError> {
         let fault = |error: parquet::errors::ParquetError| ReportError::Parquet {
             path: self.path.clone(),
             message: error.to_string(),
         };
-        let writer = self.writer.as_mut().expect("the writer is there until the file is closed");
-        let mut group = writer.next_row_group().map_err(fault)?;
+        let mut group = self.writer.next_row_group().map_err(fault)?;
         for values in &mut self.buffer {
             let mut column = group.next_column().map_err(fault)?.expect("a column for each name");
             match column.untyped() {
@@ -192,24 +258,31 @@ impl ParquetColumns {
         group.close().map(|_| ()).map_err(fault)
     }
 
-    fn close(mut self) -> Result<PathBuf, ReportError> {
+    fn close(mut self, origin: &[(&str, String)]) -> Result<PathBuf, ReportError> {
         if !self.buffer[0].is_empty() {
             self.flush()?;
         }
         let fault = |message: String| ReportError::Parquet { path: self.path.clone(), message };
-        let writer = self.writer.take().expect("the writer is there until the file is closed");
-        writer.close().map_err(|error| fault(error.to_string()))?;
-        fs::rename(temporary_path(&self.path), &self.path).map_err(|error| fault(error.to_string()))?;
-        Ok(self.path.clone())
+        let own = [("version", env!("CARGO_PKG_VERSION").to_owned()), ("checksum", self.checksum.to_hex())];
+        for (key, value) in origin.iter().cloned().chain(own) {
+            self.writer.append_key_value_metadata(KeyValue::new(format!("bondline.{key}"), value));
+        }
+        let file = self.writer.into_inner().map_err(|error| fault(error.to_string()))?;
+        file.sync_all().map_err(|error| fault(error.to_string()))?;
+        fs::rename(self.partial.path(), &self.path).map_err(|error| fault(error.to_string()))?;
+        Ok(self.path)
     }
 }
 
-impl Drop for ParquetColumns {
-    /// Remove the temporary file if the study failed before the file was closed.
-    fn drop(&mut self) {
-        if self.writer.take().is_some() {
-            let _ = fs::remove_file(temporary_path(&self.path));
-        }
+/// An error of the journal, or of the rows that are read from it.
+enum JournalError {
+    Io(std::io::Error),
+    Report(ReportError),
+}
+
+impl From<std::io::Error> for JournalError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
     }
 }
 
@@ -235,12 +308,23 @@ mod tests {
             file.append(&row).expect("it takes a row");
         }
         assert!(!path.exists(), "the file has its name before it is complete");
-        file.close().expect("it closes");
+        file.close(&[("case", "slab".to_owned())]).expect("it closes");
         let reader = SerializedFileReader::new(File::open(&path).expect("it opens")).expect("it is Parquet");
         assert_eq!(reader.metadata().num_row_groups(), 2);
         let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|row| row.expect("a row")).collect();
         fs::remove_file(&path).expect("it can be removed");
         assert_eq!(rows.len(), members);
+        let metadata = reader.metadata().file_metadata().key_value_metadata().expect("metadata");
+        let value = |key: &str| metadata.iter().find(|entry| entry.key == key).and_then(|entry| entry.value.clone());
+        assert_eq!(value("bondline.case").as_deref(), Some("slab"));
+        assert_eq!(value("bondline.version").as_deref(), Some(env!("CARGO_PKG_VERSION")));
+        let mut checksum = Checksum::default();
+        for row in &rows {
+            let leading = [row.get_long(0).expect("member") as f64, f64::from(row.get_int(1).expect("status"))];
+            let doubles = (2..5).map(|column| row.get_double(column).expect("a double"));
+            leading.into_iter().chain(doubles).for_each(|value| checksum.add(&value.to_le_bytes()));
+        }
+        assert_eq!(value("bondline.checksum"), Some(checksum.to_hex()));
         assert_eq!(rows[7].get_long(0).expect("member"), 7);
         assert_eq!(rows[7].get_double(2).expect("factor"), 1.0 + 7e-6);
         assert_eq!(rows[members - 1].get_double(3).expect("peak"), 600.0 + (members - 1) as f64);
@@ -263,7 +347,7 @@ mod tests {
             extremes_k: Vec::new(),
         };
         file.append(&traces).expect("it takes a run");
-        file.close().expect("it closes");
+        file.close(&[]).expect("it closes");
         let reader = SerializedFileReader::new(File::open(&path).expect("it opens")).expect("it is Parquet");
         let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|row| row.expect("a row")).collect();
         fs::remove_file(&path).expect("it can be removed");
@@ -277,8 +361,10 @@ mod tests {
     fn a_study_that_fails_midway_leaves_no_file() {
         let path = scratch("abandoned");
         let file = MembersFile::create(&path, &["f_k"], &["TC4"]).expect("a new file");
+        let partial = file.columns.partial.path().to_owned();
+        assert!(partial.exists());
         drop(file);
-        assert!(!path.exists() && !temporary_path(&path).exists());
+        assert!(!path.exists() && !partial.exists());
     }
 
     #[test]

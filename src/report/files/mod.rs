@@ -1,68 +1,138 @@
-//! The output folder of a case; files are written atomically.
+//! The output folder of a case. A report appears as a whole: it is built under a temporary name, and takes the place of
+//! the earlier one by one rename.
 
 pub(super) mod json;
+mod lock;
 pub mod members;
+mod publish;
+mod row_journal;
+#[cfg(test)]
+mod scratch;
 pub(super) mod summary_json;
 pub(super) mod table;
 pub(super) mod tables;
+mod temporary;
 
 pub use members::{MemberRow, MembersFile, TracesFile};
 
 use super::ReportError;
 use crate::case::Case;
 use crate::study::twin::SyntheticData;
-use std::fs;
-use std::path::{Component, Path, PathBuf};
+use lock::{PathLock, Sharing};
+use publish::publish;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use temporary::TemporaryPath;
 
-/// Names the case of the folder; written last, so that its presence means a complete report.
+/// Names the case of the folder and the files of its report.
 pub(super) const SUMMARY: &str = "summary.json";
 
-/// The output folder of one case.
+/// The folder of the report of one case. While it exists, no other process writes the same folder.
 #[derive(Debug)]
 pub struct OutputFolder {
-    path: PathBuf,
-    /// Names of the files of an earlier report of this case.
-    previous_files: Vec<String>,
+    /// The files until the report is complete.
+    staged: TemporaryPath,
     /// Names of the files written apart from the report.
     reserved: Vec<String>,
+    _lock: PathLock,
+    place: Place,
 }
 
-impl OutputFolder {
-    /// Open the output folder of a case. A missing folder is created with the first file.
+/// The folder of single files, such as the parts of a sweep, each of which one process writes. Nobody writes a report
+/// into it meanwhile.
+#[derive(Debug)]
+pub struct PartFolder {
+    _own: PathLock,
+    _shared: PathLock,
+    place: Place,
+}
+
+/// A folder, and the folder of its lock and of temporary files. Folders that were made for it and stay empty are
+/// removed on drop.
+#[derive(Debug)]
+struct Place {
+    /// As the caller gave it.
+    path: PathBuf,
+    /// Absolute, with symbolic links resolved.
+    real_path: PathBuf,
+    workspace: PathBuf,
+    made: Vec<PathBuf>,
+}
+
+impl Place {
+    /// Check that a folder may hold files of a case, and make the folders above it.
     ///
     /// # Errors
     /// When the path is a file, cannot be read, or holds the report of another case and `force` is not given.
-    pub fn open(path: &Path, case: &str, force: bool) -> Result<Self, ReportError> {
+    fn open(path: &Path, case: &str, force: bool) -> Result<Self, ReportError> {
         if path.exists() && !path.is_dir() {
             return Err(ReportError::NotAFolder { path: path.to_owned() });
         }
-        let summary = path.join(SUMMARY);
-        let mut earlier = Vec::new();
-        if summary.exists() {
-            let text = fs::read_to_string(&summary).map_err(io_error("reading", &summary))?;
-            let read: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-            let found = read["case"].as_str().unwrap_or("an unreadable summary");
-            if found != case && !force {
-                return Err(ReportError::OtherCase {
-                    path: path.to_owned(),
-                    found: found.to_owned(),
-                    expected: case.to_owned(),
-                });
-            }
-            let names = read["files"].as_array().into_iter().flatten();
-            earlier.extend(names.filter_map(|name| name.as_str()).filter(|name| is_inside(name)).map(str::to_owned));
+        let found = publish::case_of(path)?;
+        if let Some(found) = found.filter(|found| found != case && !force) {
+            return Err(ReportError::OtherCase { path: path.to_owned(), found, expected: case.to_owned() });
         }
-        Ok(Self { path: path.to_owned(), previous_files: earlier, reserved: Vec::new() })
+        let mut made = Vec::new();
+        let real_path = if path.is_dir() {
+            path.canonicalize().map_err(io_error("reading", path))?
+        } else {
+            let absolute = std::path::absolute(path).map_err(io_error("making", path))?;
+            let parent = absolute.parent().unwrap_or(&absolute);
+            made.extend(parent.ancestors().take_while(|above| !above.exists()).map(Path::to_owned));
+            fs::create_dir_all(parent).map_err(io_error("making", parent))?;
+            absolute
+        };
+        let workspace = publish::workspace(&real_path).to_owned();
+        temporary::sweep(&workspace);
+        Ok(Self { path: path.to_owned(), real_path, workspace, made })
     }
 
-    /// Path of a file that is written during the study, such as `members.parquet`. It is listed in the report.
+    /// Lock the folder.
+    fn lock(&self, sharing: Sharing) -> Result<PathLock, ReportError> {
+        let name = self.real_path.file_name().unwrap_or_default().to_string_lossy();
+        PathLock::acquire(self.workspace.join(format!(".{name}.lock")), &self.path, sharing)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        for folder in &self.made {
+            // Not removed while it has files.
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+impl OutputFolder {
+    /// Open and lock the output folder of a case. A missing folder is created with the report.
     ///
     /// # Errors
-    /// When the folder cannot be created.
+    /// When the path is a file, cannot be read, is locked by another process, or holds the report of another case and
+    /// `force` is not given.
+    pub fn open(path: &Path, case: &str, force: bool) -> Result<Self, ReportError> {
+        let place = Place::open(path, case, force)?;
+        let lock = place.lock(Sharing::Exclusive)?;
+        let staged = TemporaryPath::new_in(&place.workspace);
+        Ok(Self { staged, reserved: Vec::new(), _lock: lock, place })
+    }
+
+    /// Path of a file that is written during the study, such as `members.parquet`. It gets its place in the folder with
+    /// the report, which lists it.
+    ///
+    /// # Errors
+    /// When the file cannot be created.
     pub fn reserve(&mut self, name: &str) -> Result<PathBuf, ReportError> {
-        fs::create_dir_all(&self.path).map_err(io_error("making", &self.path))?;
+        let folder = self.staged.path();
+        fs::create_dir_all(folder).map_err(io_error("making", folder))?;
         self.reserved.push(name.to_owned());
-        Ok(self.path.join(name))
+        Ok(folder.join(name))
+    }
+
+    /// The folder beside this one for a [`Checkpoint`](crate::session::Checkpoint) of its study.
+    pub fn checkpoint(&self) -> PathBuf {
+        let name = self.place.real_path.file_name().unwrap_or_default().to_string_lossy();
+        self.place.workspace.join(format!("{name}.checkpoint"))
     }
 
     /// Names of the files claimed so far.
@@ -70,47 +140,58 @@ impl OutputFolder {
         &self.reserved
     }
 
-    /// Write one file atomically, and leave the other files of the folder.
+    /// Write all files, names relative to the folder, and put them and the reserved files in the place of the earlier
+    /// report. Its files are removed; the user's own stay.
+    ///
+    /// # Errors
+    /// When a file cannot be written; the earlier report is then unchanged.
+    pub(super) fn write(&self, files: &[(String, Vec<u8>)]) -> Result<Vec<PathBuf>, ReportError> {
+        let staged = self.staged.path();
+        for (name, bytes) in files {
+            let path = staged.join(name);
+            let parent = path.parent().unwrap_or(staged);
+            fs::create_dir_all(parent).map_err(io_error("making", parent))?;
+            write_durably(&path, bytes)?;
+        }
+        publish(staged, &self.place.real_path, &self.place.workspace, &self.reserved)?;
+        Ok(files.iter().map(|(name, _)| self.place.path.join(name)).collect())
+    }
+}
+
+impl PartFolder {
+    /// Open the folder for the file `name` and those that belong to it. Other processes may write other files.
+    ///
+    /// # Errors
+    /// As [`OutputFolder::open`], and when another process writes a file of this name.
+    pub fn open(path: &Path, case: &str, force: bool, name: &str) -> Result<Self, ReportError> {
+        let mut place = Place::open(path, case, force)?;
+        let shared = place.lock(Sharing::Shared)?;
+        if !path.exists() {
+            fs::create_dir(path).map_err(io_error("making", path))?;
+            place.made.insert(0, place.real_path.clone());
+        }
+        temporary::sweep(path);
+        let own = PathLock::acquire(path.join(format!(".{name}.lock")), &path.join(name), Sharing::Exclusive)?;
+        Ok(Self { _own: own, _shared: shared, place })
+    }
+
+    /// The folder in this one for a [`Checkpoint`](crate::session::Checkpoint) of the file `name`.
+    pub fn checkpoint(&self, name: &str) -> PathBuf {
+        self.file(&format!("{name}.checkpoint"))
+    }
+
+    /// The path of a file of the folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.place.path.join(name)
+    }
+
+    /// Write a file atomically.
     ///
     /// # Errors
     /// When the file cannot be written or renamed.
     pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, ReportError> {
-        fs::create_dir_all(&self.path).map_err(io_error("making", &self.path))?;
-        let path = self.path.join(name);
+        let path = self.file(name);
         write_atomically(&path, bytes).map(|()| path)
-    }
-
-    /// Write all files, names relative to the folder: first under temporary names, and renamed when all are complete.
-    /// Files of an earlier report that are not among them are removed.
-    ///
-    /// # Errors
-    /// When a file cannot be written or renamed.
-    pub(super) fn write(&self, files: &[(String, Vec<u8>)]) -> Result<Vec<PathBuf>, ReportError> {
-        let paths: Vec<PathBuf> = files.iter().map(|(name, _)| self.path.join(name)).collect();
-        let written = paths.iter().zip(files).try_for_each(|(path, (_, bytes))| {
-            let parent = path.parent().unwrap_or(&self.path);
-            fs::create_dir_all(parent).map_err(io_error("making", parent))?;
-            let partial = temporary_path(path);
-            fs::write(&partial, bytes).map_err(io_error("writing", &partial))
-        });
-        if let Err(error) = written {
-            for path in &paths {
-                // Ignored, as the first error is reported; a file that stays is named `.partial`.
-                let _ = fs::remove_file(temporary_path(path));
-            }
-            return Err(error);
-        }
-        for path in &paths {
-            fs::rename(temporary_path(path), path).map_err(io_error("renaming to", path))?;
-        }
-        let is_current = |name: &String| files.iter().any(|(new, _)| new == name) || self.reserved.contains(name);
-        for name in self.previous_files.iter().filter(|name| !is_current(name)) {
-            let path = self.path.join(name);
-            if path.is_file() {
-                fs::remove_file(&path).map_err(io_error("removing", &path))?;
-            }
-        }
-        Ok(paths)
     }
 }
 
@@ -136,20 +217,15 @@ pub fn write_observations(path: &Path, case: &Case, twin: &SyntheticData) -> Res
 
 /// Write a file atomically.
 fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let partial = temporary_path(path);
-    fs::write(&partial, bytes).map_err(io_error("writing", &partial))?;
-    fs::rename(&partial, path).map_err(io_error("renaming to", path))
+    let partial = TemporaryPath::new_in(path.parent().unwrap_or(Path::new("")));
+    write_durably(partial.path(), bytes)?;
+    fs::rename(partial.path(), path).map_err(io_error("renaming to", path))
 }
 
-/// Temporary name of a file, in the same folder so that renaming is atomic.
-fn temporary_path(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.partial"))
-}
-
-/// Whether a file name read from a summary is inside the folder.
-fn is_inside(name: &str) -> bool {
-    Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
+/// Write a file to the disk.
+fn write_durably(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let write = || File::create(path).and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()));
+    write().map_err(io_error("writing", path))
 }
 
 fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
@@ -160,24 +236,8 @@ fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> 
 #[cfg(test)]
 mod tests {
     use super::super::{fixture, write};
+    use super::scratch::Scratch;
     use super::*;
-
-    /// A temporary folder, removed when dropped.
-    struct Scratch(PathBuf);
-
-    impl Scratch {
-        fn new(name: &str) -> Self {
-            let path = std::env::temp_dir().join(format!("bondline-{name}-{}", std::process::id()));
-            let _ = fs::remove_dir_all(&path);
-            Self(path)
-        }
-    }
-
-    impl Drop for Scratch {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
-        }
-    }
 
     #[test]
     fn a_study_writes_a_page_figures_tables_and_a_summary() {
@@ -200,6 +260,7 @@ mod tests {
         let outcomes = fixture::outcomes();
         let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
         write(&outcomes.answers("predict"), &folder).expect("it can be written");
+        drop(folder);
         assert!(OutputFolder::open(&scratch.0, "lcat-2259", false).is_ok());
         let refusal = OutputFolder::open(&scratch.0, "lcat-2330", false).expect_err("another case");
         assert!(refusal.to_string().contains("lcat-2259") && refusal.to_string().contains("lcat-2330"), "{refusal}");
@@ -219,18 +280,36 @@ mod tests {
     }
 
     #[test]
-    fn when_one_file_cannot_be_written_none_is() {
+    fn when_one_file_cannot_be_written_the_earlier_report_stays_and_nothing_is_left_over() {
         let scratch = Scratch::new("fault");
-        let folder = OutputFolder::open(&scratch.0, "x", false).expect("a new folder");
-        fs::create_dir_all(scratch.0.join(".b.csv.partial")).expect("a folder in the way");
-        let files = [("a.csv".to_owned(), vec![1]), ("b.csv".to_owned(), vec![2])];
-        assert!(folder.write(&files).is_err());
-        assert!(!scratch.0.join("a.csv").exists() && !scratch.0.join(".a.csv.partial").exists());
+        let out = scratch.0.join("deep/out");
+        let folder = OutputFolder::open(&out, "x", false).expect("a new folder");
+        let file = |name: &str, byte| (name.to_owned(), vec![byte]);
+        assert!(folder.write(&[file("a.csv", 1), file("a.csv/b.csv", 2)]).is_err());
+        drop(folder);
+        assert!(!scratch.0.exists(), "folders were made for nothing");
+        let folder = OutputFolder::open(&out, "x", false).expect("a new folder");
+        folder.write(&[file("a.csv", 1)]).expect("it can be written");
+        assert!(folder.write(&[file("a.csv", 3), file("a.csv/b.csv", 2)]).is_err());
+        drop(folder);
+        assert_eq!(fs::read(out.join("a.csv")).expect("the first file"), [1]);
+        let left: Vec<_> = fs::read_dir(scratch.0.join("deep")).expect("a folder").collect();
+        assert_eq!(left.len(), 1, "{left:?}");
     }
 
     #[test]
-    fn a_name_that_points_out_of_the_folder_is_never_removed() {
-        assert!(is_inside("figures/nominal.svg"));
-        assert!(!is_inside("../other/report.html") && !is_inside("/etc/hosts"));
+    fn parts_share_a_folder_in_which_nobody_else_writes_a_report_or_the_same_part() {
+        let scratch = Scratch::new("shared");
+        let part = |name: &str| PartFolder::open(&scratch.0, "x", false, name);
+        let (first, second) = (part("x-0-5.json").expect("a folder"), part("x-5-9.json").expect("another part"));
+        let refused = |refusal: Option<ReportError>| matches!(refusal, Some(ReportError::Locked { .. }));
+        assert!(refused(OutputFolder::open(&scratch.0, "x", false).err()) && refused(part("x-0-5.json").err()));
+        first.write_file("x-0-5.json", b"1").expect("it can be written");
+        drop((first, second));
+        let report = OutputFolder::open(&scratch.0, "x", false).expect("a folder that nobody writes");
+        assert!(refused(part("x-0-5.json").err()));
+        drop(report);
+        let left: Vec<_> = fs::read_dir(&scratch.0).expect("a folder").map(|e| e.expect("an entry").path()).collect();
+        assert_eq!(left, [scratch.0.join("x-0-5.json")]);
     }
 }

@@ -5,6 +5,7 @@ use crate::case::{Case, Observation};
 use crate::report::reportable::{self, MemberCounts};
 use crate::report::{ReportError, observations};
 use crate::study::answers::Answers;
+use crate::study::checksum::Checksum;
 use crate::study::nominal::{ErrorEstimate, GaugeTrace, Peak};
 use crate::traces::MemberStatus;
 use serde::Serialize;
@@ -95,7 +96,7 @@ struct Balance {
 pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[String]) -> Result<String, ReportError> {
     let march = answers.nominal_march();
     let readings = march.filter(|outcome| !outcome.gauge_traces.is_empty());
-    JsonObject::to_json(|record| {
+    let text = JsonObject::to_json(|record| {
         record.put("command", answers.question)?;
         record.put("case", &answers.id())?;
         record.put("version", env!("CARGO_PKG_VERSION"))?;
@@ -133,21 +134,30 @@ pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[Stri
         for answer in reportable::all(answers) {
             answer.write_summary(answers, record)?;
         }
+        record.put("provenance", &answers.run)?;
         // The next report of the case removes these files.
         record.put("files", files)?;
         Ok(())
-    })
+    })?;
+    Ok(with_checksum(&text))
+}
+
+/// The text of an object with a last key, the checksum of the lines before it.
+fn with_checksum(text: &str) -> String {
+    let lines = text.trim_end().trim_end_matches('}').trim_end().to_owned() + ",\n";
+    let checksum = Checksum::of(lines.as_bytes());
+    format!("{lines}  \"checksum\": \"{checksum}\"\n}}\n")
 }
 
 /// Numbers of sampled members; without any, the nominal march counts as one.
 fn members(answers: &Answers) -> MembersRecord {
     let drawn = reportable::all(answers).into_iter().find_map(|answer| answer.members());
-    let one = answers
-        .nominal_march()
-        .map(|march| MemberCounts { requested: 1, completed: usize::from(march.status == MemberStatus::Completed) });
-    let MemberCounts { requested: asked, completed: ok } =
-        drawn.or(one).unwrap_or(MemberCounts { requested: 0, completed: 0 });
-    MembersRecord { requested: asked, ok, failed: asked.saturating_sub(ok) }
+    let one = answers.nominal_march().map(|march| {
+        let completed = usize::from(march.status == MemberStatus::Completed);
+        MemberCounts { requested: 1, completed, failed: 1 - completed }
+    });
+    let MemberCounts { requested, completed, failed } = drawn.or(one).unwrap_or_default();
+    MembersRecord { requested, ok: completed, failed }
 }
 
 /// Peaks of the nominal march.
@@ -214,6 +224,24 @@ mod tests {
         assert!(read["sensors"]["TC4"]["peak_k"].as_f64().is_some_and(|peak| peak > 300.0));
         assert!(read["balance"]["mass"].is_null() && read["seconds"]["total"].is_number());
         assert!(text.find("\"command\"") < text.find("\"case\"") && text.find("\"TC1\"") < text.find("\"TC4\""));
+    }
+
+    #[test]
+    fn the_checksum_of_a_summary_is_that_of_the_lines_before_it() {
+        let text = summary(&fixture::outcomes().answers("predict"), 0.4, &[]).expect("it serialises");
+        let (lines, last) = text.split_at(text.find("  \"checksum\"").expect("a checksum"));
+        assert_eq!(last, format!("  \"checksum\": \"{}\"\n}}\n", Checksum::of(lines.as_bytes())));
+        serde_json::from_str::<Value>(&text).expect("it is JSON");
+    }
+
+    #[test]
+    fn the_provenance_of_a_summary_has_the_command_with_every_change_of_the_case() {
+        let text = summary(&fixture::outcomes().answers("predict"), 0.4, &[]).expect("it serialises");
+        let read: Value = serde_json::from_str(&text).expect("it is JSON");
+        let run = &read["provenance"];
+        assert_eq!(run["command_line"][4], "pressure=3 kPa");
+        assert!(run["date"].as_str().is_some_and(|date| date.ends_with('Z')) && run["threads"] == 2);
+        assert_eq!((&run["version"], &run["driver"]), (&env!("CARGO_PKG_VERSION").into(), &Value::Null));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! the build), and as a static SVG image for print and for browsers without scripts.
 
 mod case;
+mod provenance;
 mod sections;
 pub(super) mod table;
 

@@ -1,6 +1,7 @@
 //! The sections of the page: those of every result with their figures, then the case and the methods.
 
 use super::case;
+use super::provenance::provenance;
 use super::table::{escaped, paragraph};
 use crate::case::Case;
 use crate::report::figure::Figure;
@@ -18,6 +19,7 @@ pub(super) fn all(answers: &Answers, figures: &[(&'static str, Figure)], stills:
         Section::new("case", "Cases", answers.cases().map(titled).collect())
     });
     sections.push(Section::new("method", "Method", case::methods(answers)));
+    sections.push(Section::new("provenance", "Provenance", provenance(answers)));
     for section in &mut sections {
         let own = figures.iter().zip(stills).enumerate().filter(|(_, ((anchor, _), _))| *anchor == section.anchor);
         let html: String = own

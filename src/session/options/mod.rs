@@ -21,6 +21,9 @@ use crate::case::{Bounds, Case};
 use crate::march::Precision;
 use crate::march::backend_selection::{BackendKind, BackendOptions};
 use crate::march::monitor::{CancelToken, Monitor, Progress, ProgressCallback};
+#[cfg(feature = "serde")]
+use crate::session::checkpoint::Checkpoint;
+use std::time::Instant;
 
 /// Options of a session: backend, accuracy, threads, progress and cancellation.
 #[derive(Clone, Debug, Default)]
@@ -39,8 +42,16 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Called after every batch of members.
     pub progress: Option<ProgressCallback>,
-    /// Cancels a study, or the opening of a session, between two batches of members.
+    /// Cancels a study, or the opening of a session, between two batches of members. A stopped sweep answers from the
+    /// members that are complete.
     pub cancel: CancelToken,
+    /// The time from which a study ends as if it were stopped.
+    pub until: Option<Instant>,
+    /// Where a sweep keeps its complete members while it runs. It goes on from the members that it finds there.
+    #[cfg(feature = "serde")]
+    pub checkpoint: Option<Checkpoint>,
+    /// The command that runs the session, for the record of its results.
+    pub command_line: Option<Vec<String>>,
 }
 
 impl Options {
@@ -93,6 +104,28 @@ impl Options {
         self
     }
 
+    /// The time from which a study ends as if it were stopped.
+    #[must_use]
+    pub fn until(mut self, until: Instant) -> Self {
+        self.until = Some(until);
+        self
+    }
+
+    /// Where a sweep keeps its complete members while it runs.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn checkpoint(mut self, checkpoint: Checkpoint) -> Self {
+        self.checkpoint = Some(checkpoint);
+        self
+    }
+
+    /// The command that runs the session, with its arguments. Reports record it.
+    #[must_use]
+    pub fn command_line(mut self, words: impl IntoIterator<Item = String>) -> Self {
+        self.command_line = Some(words.into_iter().collect());
+        self
+    }
+
     pub(super) fn check(&self) -> Result<(), SessionError> {
         if let (BackendKind::Cpu, Some(device)) = (self.backend, &self.device) {
             let message = format!(" {device:?}: the backend is the CPU; expected no device, or another backend");
@@ -109,7 +142,7 @@ impl Options {
     }
 
     pub(super) fn monitor(&self) -> Monitor {
-        Monitor::new(self.progress.clone(), self.cancel.clone())
+        Monitor::new(self.progress.clone(), self.cancel.clone(), self.until)
     }
 
     pub(super) fn choice(&self) -> BackendOptions {

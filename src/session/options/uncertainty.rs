@@ -3,6 +3,8 @@
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::session::error::{InputError, SessionError};
+#[cfg(feature = "serde")]
+use crate::study::sweep_piece::SamplingRecord;
 use crate::study::uncertainty::Sweep;
 
 /// A Monte Carlo sweep over the factors.
@@ -21,6 +23,14 @@ pub struct UncertaintyOptions {
 impl Default for UncertaintyOptions {
     fn default() -> Self {
         Self { members: 5000, sampling: SamplingKind::Normal, seed: 1, bounds: Bounds::Small }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<&UncertaintyOptions> for SamplingRecord {
+    fn from(options: &UncertaintyOptions) -> Self {
+        let UncertaintyOptions { members, sampling, seed, bounds } = *options;
+        Self { members, sampling: sampling.name().to_owned(), seed, bounds: bounds.name().to_owned() }
     }
 }
 

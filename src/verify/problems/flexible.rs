@@ -36,6 +36,7 @@ pub fn flexible_layup() -> Case {
         .map(|(i, depth_m)| Sensor { name: format!("TC{}", i + 1), depth_m, side: Side::Both, lag_s: 0.0 })
         .collect();
     Case {
+        input_files: Default::default(),
         id: "flexible".to_owned(),
         name: "flexible layup".to_owned(),
         note: String::new(),

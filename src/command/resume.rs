@@ -1,0 +1,74 @@
+//! Members of an interrupted run: whether to go on from them, to refuse, or to start anew.
+
+use crate::command::args::{CaseArgs, ResumeArgs, convert};
+use crate::command::exit::{Failure, input, unwritten};
+use bondline::case::unit::Dimension;
+use bondline::session::{Checkpoint, KeptMembers};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The checkpoint of a run, which no other process uses, and the members that it keeps.
+pub(crate) struct Resumable {
+    pub checkpoint: Checkpoint,
+    pub kept: Option<KeptMembers>,
+}
+
+impl Resumable {
+    /// Look for kept members. Without `--resume` they are not overwritten, unless `--force` is given.
+    pub(crate) fn open(folder: PathBuf, args: &CaseArgs, resume: &ResumeArgs) -> Result<Self, Failure> {
+        let mut checkpoint = Checkpoint::new(folder);
+        if let Some(interval) = &resume.checkpoint_interval {
+            let interval_s = convert::nonnegative(interval, Dimension::Time, "--checkpoint-interval")?;
+            checkpoint = checkpoint.every(Duration::from_secs_f64(interval_s.min(MAX_SECONDS)));
+        }
+        let kept = if resume.resume || !args.force { checkpoint.found()? } else { None };
+        let path = checkpoint.folder().display().to_string();
+        match &kept {
+            Some(KeptMembers { members, requested, date, .. }) => {
+                let found = format!(
+                    "{path} keeps members {}..{} of {requested} of a run of {date} that was interrupted",
+                    members.start, members.end
+                );
+                if !resume.resume {
+                    return Err(input(format!("{found}: give --resume to go on, or --force to start anew")));
+                }
+                if !args.march.quiet {
+                    eprintln!("{found}: going on from there");
+                }
+            }
+            None => {
+                if resume.resume && !args.march.quiet {
+                    eprintln!("{path} keeps no members: starting with the first");
+                }
+                checkpoint.remove().map_err(|error| input(format!("{path}: cannot be removed: {error}")))?;
+            }
+        }
+        Ok(Self { checkpoint, kept })
+    }
+
+    /// Remove the members, once the answer is in safety.
+    pub(crate) fn remove(&self) -> Result<(), Failure> {
+        let path = self.checkpoint.folder().display();
+        self.checkpoint.remove().map_err(|error| unwritten(format!("removing {path}: {error}")))
+    }
+}
+
+impl Drop for Resumable {
+    /// A folder without members is of no use.
+    fn drop(&mut self) {
+        if matches!(self.checkpoint.found(), Ok(None)) {
+            // An error is ignored: the next run of this output tries again.
+            let _ = self.checkpoint.remove();
+        }
+    }
+}
+
+/// The longest time that is counted, ten years.
+const MAX_SECONDS: f64 = 3.2e8;
+
+/// A duration of `--limit-time`.
+pub(crate) fn time_limit(args: &CaseArgs) -> Result<Option<Duration>, Failure> {
+    let Some(text) = &args.limit_time else { return Ok(None) };
+    let limit_s = convert::nonnegative(text, Dimension::Time, "--limit-time")?;
+    Ok(Some(Duration::from_secs_f64(limit_s.min(MAX_SECONDS))))
+}

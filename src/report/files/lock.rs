@@ -1,0 +1,113 @@
+//! Locks of output folders: one writer at a time. The operating system releases a lock when its process ends, however
+//! it ends; the file that stays is taken over and removed by the next writer.
+
+use super::super::ReportError;
+use super::{io_error, temporary};
+use crate::study::run_record::utc_text;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// A lock, held until it is dropped.
+#[derive(Debug)]
+pub(super) struct PathLock {
+    path: PathBuf,
+    file: File,
+}
+
+/// Who may hold a lock beside this process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sharing {
+    /// Nobody.
+    Exclusive,
+    /// Others that share it too.
+    Shared,
+}
+
+impl PathLock {
+    /// Lock the file at `path` for the output `output`.
+    ///
+    /// # Errors
+    /// When another process holds it, with its host, process and time; when the file cannot be created.
+    pub(super) fn acquire(path: PathBuf, output: &Path, sharing: Sharing) -> Result<Self, ReportError> {
+        loop {
+            let mut file = OpenOptions::new()
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(&path)
+                .map_err(io_error("making", &path))?;
+            let locked = match sharing {
+                Sharing::Exclusive => file.try_lock(),
+                Sharing::Shared => file.try_lock_shared(),
+            };
+            match locked {
+                Err(TryLockError::WouldBlock) => {
+                    let mut holder = String::new();
+                    // A holder that has not written its name yet is not named.
+                    let _ = file.read_to_string(&mut holder);
+                    return Err(ReportError::Locked { path: output.to_owned(), holder: holder.trim().to_owned() });
+                }
+                // A file system without locks cannot refuse the second writer.
+                Ok(()) | Err(TryLockError::Error(_)) => {}
+            }
+            if !is_current(&file, &path) {
+                continue;
+            }
+            let since = utc_text(SystemTime::now());
+            let holder = format!("process {} on {} since {since}\n", std::process::id(), temporary::host());
+            let written = file.set_len(0).and_then(|()| file.write_all(holder.as_bytes()));
+            let lock = Self { path, file };
+            return written.map_err(io_error("writing", &lock.path)).map(|()| lock);
+        }
+    }
+}
+
+impl Drop for PathLock {
+    fn drop(&mut self) {
+        // The last of several sharers removes the file. An error is ignored: the next writer takes the file over.
+        if self.file.try_lock().is_ok() {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Whether a path still names the open file: its former holder removes it while others wait to open it.
+#[cfg(unix)]
+fn is_current(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let (Ok(open), Ok(named)) = (file.metadata(), fs::metadata(path)) else { return false };
+    (open.dev(), open.ino()) == (named.dev(), named.ino())
+}
+
+#[cfg(not(unix))]
+fn is_current(_file: &File, _path: &Path) -> bool {
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scratch::Scratch;
+    use super::*;
+
+    #[test]
+    fn a_second_writer_is_refused_and_told_who_holds_the_lock() {
+        let scratch = Scratch::new("lock");
+        fs::create_dir_all(&scratch.0).expect("a folder");
+        let lock = |sharing| PathLock::acquire(scratch.0.join(".out.lock"), &scratch.0.join("out"), sharing);
+        let first = lock(Sharing::Exclusive).expect("a free lock");
+        for sharing in [Sharing::Exclusive, Sharing::Shared] {
+            let refusal = lock(sharing).expect_err("it is held").to_string();
+            assert!(refusal.contains(&format!("process {} on ", std::process::id())), "{refusal}");
+            assert!(refusal.contains("out") && refusal.contains("since 20"), "{refusal}");
+        }
+        drop(first);
+        let shared = [lock(Sharing::Shared).expect("a free lock"), lock(Sharing::Shared).expect("it is shared")];
+        assert!(lock(Sharing::Exclusive).is_err(), "a lock that others share is not exclusive");
+        drop(shared);
+        assert!(fs::read_dir(&scratch.0).expect("a folder").next().is_none(), "a lock file is left over");
+        lock(Sharing::Exclusive).expect("a free lock");
+    }
+}

@@ -1,0 +1,159 @@
+//! Interrupted sweeps: killed, stopped by a signal or a time limit, and resumed.
+
+use super::{CASE, CommandResult, command, run};
+use crate::support::{Scratch, Uniform, without_run};
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Start a command.
+fn started(scratch: &Scratch, line: &str) -> Child {
+    let mut command = command(scratch);
+    let command = command.args(line.split_whitespace()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().expect("the binary starts")
+}
+
+/// Start a command and kill it after a time.
+fn killed(scratch: &Scratch, line: &str, after: Duration) {
+    let mut child = started(scratch, line);
+    sleep(after);
+    // It may have ended before.
+    let _ = child.kill();
+    child.wait().expect("it ends");
+}
+
+/// The summary without what differs between runs, and the Parquet file.
+fn results(scratch: &Scratch, folder: &str) -> (Value, Vec<u8>) {
+    let summary = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
+    let members = fs::read(scratch.path().join(folder).join("members.parquet")).expect("a Parquet file");
+    (without_run(summary), members)
+}
+
+/// The files in a folder and hidden ones.
+fn files(scratch: &Scratch, folder: &str) -> Vec<PathBuf> {
+    let inside = scratch.files().into_iter().filter_map(|path| path.strip_prefix(folder).map(PathBuf::from).ok());
+    inside.collect()
+}
+
+/// A sweep is killed at a random moment, killed again while it is resumed, and resumed to its end.
+#[test]
+fn a_sweep_that_is_killed_at_any_moment_is_resumed_to_the_same_bits_and_leaves_no_file() {
+    let scratch = Scratch::new("killed");
+    scratch.write("c/case.toml", CASE);
+    let (trials, members) = if std::env::var_os("BONDLINE_ALL").is_some() { (100, 200_000) } else { (5, 20_000) };
+    let line = format!("uncertainty c -n {members} --keep members --checkpoint-interval 0.02s --out");
+    let start = Instant::now();
+    run(&scratch, &format!("{line} whole/one")).succeeded();
+    let duration = start.elapsed();
+    let (expected, expected_files) = (results(&scratch, "whole/one"), files(&scratch, "whole"));
+    let (mut random, mut resumed) = (Uniform(1), 0);
+    for trial in 0..trials {
+        let moments = [duration.mul_f64(random.next()), duration.mul_f64(random.next())];
+        killed(&scratch, &format!("{line} killed/one"), moments[0]);
+        killed(&scratch, &format!("{line} killed/one --resume"), moments[1]);
+        let ended = run(&scratch, &format!("{line} killed/one --resume")).succeeded();
+        let said = format!("of {members} of a run of ");
+        resumed += usize::from(ended.stderr.contains(&said) && ended.stderr.contains("going on from there"));
+        assert!(results(&scratch, "killed/one") == expected, "trial {trial}, killed after {moments:?}");
+        assert_eq!(files(&scratch, "killed"), expected_files, "trial {trial}, killed after {moments:?}");
+        fs::remove_dir_all(scratch.path().join("killed")).expect("a folder of this test");
+    }
+    assert!(2 * resumed >= trials, "only {resumed} of {trials} sweeps went on from kept members");
+}
+
+#[test]
+fn a_part_of_a_sweep_that_is_killed_is_resumed_to_the_same_statistics() {
+    let scratch = Scratch::new("killed-part");
+    scratch.write("c/case.toml", CASE);
+    let line = "uncertainty c -n 1000000 --members 10..1000000 --checkpoint-interval 0.02s --quiet --out p";
+    let mut child = started(&scratch, line);
+    wait_for_file(&scratch, "p/c-10-1000000.json.checkpoint/sweep.json");
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
+    let short = line.replace("10..1000000", "10..999999") + " --resume";
+    assert_eq!(run(&scratch, &(short + " --limit-time 1s")).code, 1, "another part has no members to go on from");
+    let refused = run(&scratch, line).exited_with(2);
+    assert!(refused.stderr.contains("keeps members 10..") && refused.stderr.contains("--resume"), "{}", refused.stderr);
+    let stopped = run(&scratch, &format!("{line} --resume --limit-time 0s")).exited_with(1);
+    assert!(stopped.stderr.contains("stopped before there was an answer"), "{}", stopped.stderr);
+}
+
+#[track_caller]
+fn wait_for_file(scratch: &Scratch, name: &str) {
+    let start = Instant::now();
+    while !scratch.path().join(name).exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no {name} after a minute in {:?}", scratch.files());
+        sleep(Duration::from_millis(5));
+    }
+}
+
+/// Expect the report of some of the 100,000,000 members, and return their number.
+#[track_caller]
+fn partial(scratch: &Scratch, ended: &CommandResult) -> u64 {
+    assert_eq!(ended.code, 1, "{}", ended.stderr);
+    for said in ["stopped after ", " of 100000000 members: --resume goes on with the others"] {
+        assert!(ended.stderr.contains(said), "{}", ended.stderr);
+    }
+    assert!(ended.stdout.contains("! The sweep was stopped after "), "{}", ended.stdout);
+    let summary: Value = serde_json::from_str(&scratch.read("one/summary.json")).expect("JSON");
+    let members = &summary["members"];
+    let ok = members["ok"].as_u64().expect("a number");
+    assert!(ok >= 2 && ok < 100_000_000, "{members}");
+    assert_eq!((&members["requested"], &members["failed"]), (&100_000_000.into(), &0.into()));
+    assert!(scratch.read("one/report.html").contains("The sweep was stopped after "));
+    ok
+}
+
+#[test]
+fn a_time_limit_ends_a_sweep_with_an_answer_that_can_be_resumed_but_not_lost_by_accident() {
+    let scratch = Scratch::new("limited");
+    scratch.write("c/case.toml", CASE);
+    let line = "uncertainty c -n 100000000 --keep members --out one";
+    let first = partial(&scratch, &run(&scratch, &format!("{line} --limit-time 1s")));
+    run(&scratch, line).exited_with(2).with_stderr(&[
+        &format!("one.checkpoint keeps members 0..{first} of 100000000 of a run of 20"),
+        "give --resume to go on, or --force to start anew",
+    ]);
+    let resumed = run(&scratch, &format!("{line} --limit-time 1s --resume"));
+    assert!(resumed.stderr.contains(&format!("keeps members 0..{first} of 100000000")), "{}", resumed.stderr);
+    let second = partial(&scratch, &resumed);
+    assert!(second > first, "{second} members after {first}");
+    let other = run(&scratch, "uncertainty c -n 20 --resume --out one").exited_with(2);
+    let differs = "another sweep: its samples 100000000 members by normal, seed 1, small bounds, expected 20 members";
+    assert!(other.stderr.contains(differs), "{}", other.stderr);
+    let without_rows = run(&scratch, &line.replace("--keep members", "--keep traces --resume")).exited_with(2);
+    assert!(without_rows.stderr.contains("does not have the rows of its"), "{}", without_rows.stderr);
+    run(&scratch, "uncertainty c -n 20 --force --out one").succeeded();
+    assert!(
+        scratch.files().iter().all(|path| path.starts_with("c") || path.starts_with("one")),
+        "{:?}",
+        scratch.files()
+    );
+    let nothing = run(&scratch, "uncertainty c -n 20 --resume --out one").succeeded();
+    assert!(nothing.stderr.contains("keeps no members: starting with the first"), "{}", nothing.stderr);
+    let short = run(&scratch, "predict c --limit-time 0s --out two").exited_with(1);
+    assert!(short.stderr.contains("stopped before there was an answer"), "{}", short.stderr);
+    run(&scratch, "predict c --limit-time 5K --out two").exited_with(2).with_stderr(&["--limit-time \"5K\""]);
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupt_and_a_request_to_terminate_end_a_sweep_with_an_answer() {
+    for signal in ["INT", "TERM"] {
+        let scratch = Scratch::new(&format!("signal-{signal}"));
+        scratch.write("c/case.toml", CASE);
+        let child = started(&scratch, "uncertainty c -n 100000000 --checkpoint-interval 0.02s --out one");
+        wait_for_file(&scratch, "one.checkpoint/sweep.json");
+        let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+        assert!(sent.expect("kill is there").success());
+        let output = child.wait_with_output().expect("it ends");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let code = output.status.code().expect("it ends by itself");
+        partial(&scratch, &CommandResult { code, stdout: text(&output.stdout), stderr: text(&output.stderr) });
+        let hidden = |path: &&PathBuf| path.to_string_lossy().starts_with('.');
+        assert_eq!(scratch.files().iter().filter(hidden).count(), 0, "{:?}", scratch.files());
+    }
+}
