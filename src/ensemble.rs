@@ -122,7 +122,7 @@ impl SamplingKind {
         }
     }
 
-    /// The kind with this name; `Scalar` for an unknown name.
+    /// The kind with this name; `None` for an unknown name.
     pub fn named(name: &str) -> Option<Self> {
         [Self::Normal, Self::Uniform, Self::LatinHypercube, Self::Sobol].into_iter().find(|kind| kind.name() == name)
     }

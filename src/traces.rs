@@ -243,7 +243,7 @@ impl Traces {
         &self.temperatures_k[start..start + self.instants]
     }
 
-    /// Values of one gauge of one member over the instants; `Scalar` where gauges were not recorded.
+    /// Values of one gauge of one member over the instants; `None` where gauges were not recorded.
     pub fn gauge(&self, member: usize, gauge: Gauge) -> Option<&[f64]> {
         let start = (member * Gauge::ALL.len() + gauge as usize) * self.instants;
         self.gauges.get(start..start + self.instants)

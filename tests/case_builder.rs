@@ -9,7 +9,7 @@ use bondline::case::{
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The path of a field, and a function that makes it invalid; `Scalar` if the case has no such field.
+/// The path of a field, and a function that makes it invalid; `None` if the case has no such field.
 type Break = (&'static str, fn(&mut CaseBuilder) -> Option<()>);
 
 fn material(case: &mut CaseBuilder) -> &mut Material {

@@ -37,7 +37,7 @@ fn expanded(tree: &str) -> Vec<String> {
     branches.flat_map(expanded).map(|branch| format!("{}{branch}", prefix.trim())).collect()
 }
 
-/// A path from the crate's root; `Scalar` for another crate.
+/// A path from the crate's root; `None` for another crate.
 fn absolute(path: &str, module: &[String], submodules: &BTreeSet<Path>) -> Option<Path> {
     let mut segments: Vec<&str> = path.split("::").map(str::trim).collect();
     let mut base = module.to_vec();

@@ -81,7 +81,7 @@ impl Source {
         Self { path: path.to_owned(), text: lines.join("\n") }
     }
 
-    /// The module of the library; `Scalar` for the binary and the root.
+    /// The module of the library; `None` for the binary and the root.
     fn module(&self) -> Option<&str> {
         let (name, inner) = self.path.strip_prefix("src/")?.split_once(['/', '.'])?;
         let is_module = inner != "rs" || IMPORTS.iter().any(|(known, _)| *known == name);

@@ -26,7 +26,7 @@ pub(crate) fn case_with(id: &str, sets: &[(String, String)]) -> Case {
 /// A backend under test.
 pub(crate) struct BenchBackend {
     name: String,
-    /// CPU threads; `Scalar` for a hardware device.
+    /// CPU threads; `None` for a hardware device.
     pub threads: Option<usize>,
     pub precision: Precision,
     pub march: Timed,

@@ -101,7 +101,7 @@ impl Diagnostics {
     /// Record an old name, which was read as the new one.
     pub(super) fn record_renamed(&self, location: &SourceLocation, old: &'static str, new: &'static str) {
         self.renamed_keys.borrow_mut().push(RenamedKey {
-            file: location.file.clone(),
+            file: location.file.to_string(),
             line: location.line_column.map(|(line, _)| line),
             old,
             new,
@@ -111,7 +111,7 @@ impl Diagnostics {
     /// The old names recorded so far, sorted by position; they are removed here.
     pub(super) fn take_renamed_keys(&self) -> Vec<RenamedKey> {
         let mut renamed_keys = self.renamed_keys.take();
-        renamed_keys.sort_by(|a, b| a.location.cmp(&b.location));
+        renamed_keys.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
         renamed_keys
     }
 

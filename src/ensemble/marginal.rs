@@ -12,7 +12,7 @@ pub struct Marginal {
     deviation: f64,
     low: f64,
     high: f64,
-    /// Probabilities of the untruncated normal distribution below `low` and between `low` and `high`; `Scalar` for the
+    /// Probabilities of the untruncated normal distribution below `low` and between `low` and `high`; `None` for the
     /// uniform distribution.
     normal: Option<(f64, f64)>,
 }

@@ -14,7 +14,7 @@ pub(super) fn is_active(value: f64, slope: f64, (low, high): (f64, f64)) -> bool
 }
 
 /// The first bound crossed on the line from a point to a target: the variable, its bound, and the fraction of the line
-/// up to it. `Scalar` where the target lies between all bounds.
+/// up to it. `None` where the target lies between all bounds.
 pub(super) fn first_crossed(
     point: &DVector<f64>,
     target: &DVector<f64>,

@@ -25,7 +25,7 @@ pub(super) struct LevenbergMarquardt<'a> {
     candidate_residuals: Option<DVector<f64>>,
     /// The step to it.
     candidate_step: Option<Step>,
-    /// The model at the current point and the trust region; `Scalar` until the derivatives at the start are known.
+    /// The model at the current point and the trust region; `None` until the derivatives at the start are known.
     current: Option<(LinearModel, TrustRegion)>,
     /// Sizes of the variables to which finite-difference steps are relative.
     variable_sizes: DVector<f64>,

@@ -173,7 +173,7 @@ impl LinearModel {
     }
 
     /// The minimum of `|R ΔP − rhs|² + |damped ΔP|² + 2 gᵀΔP` over the free variables, g being `unweighted_gradient`.
-    /// `Scalar` for a damping so small that the factor is singular; then no step is taken.
+    /// `None` for a damping so small that the factor is singular; then no step is taken.
     fn solve_damped(
         &self,
         damped: &DVector<f64>,

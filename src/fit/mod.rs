@@ -88,7 +88,7 @@ pub trait LeastSquares {
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Self::Error>;
 
     /// Residuals and Jacobians at many points, one point per column, where the problem supplies derivatives. With
-    /// `Scalar` they come from finite differences of [`residuals`](Self::residuals).
+    /// `None` they come from finite differences of [`residuals`](Self::residuals).
     ///
     /// # Errors
     /// When the evaluation as a whole fails.
@@ -97,7 +97,7 @@ pub trait LeastSquares {
     }
 
     /// Weight of each row of the Jacobian J in the curvature of S at these residuals: half of the Hessian of S is
-    /// `Jᵀ W J` with W diagonal, without the second derivatives of the prediction. `Scalar` where every weight is one,
+    /// `Jᵀ W J` with W diagonal, without the second derivatives of the prediction. `None` where every weight is one,
     /// as in a plain sum of squares. Weights lie between zero and one.
     fn curvature_weights(&self, _residuals: &DVector<f64>) -> Option<DVector<f64>> {
         None

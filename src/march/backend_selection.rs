@@ -16,7 +16,7 @@ use crate::plan::Plan;
 pub struct BackendOptions {
     /// CPU, GPU or automatic.
     pub kind: BackendKind,
-    /// `Scalar`: f64 on the CPU, f32 on a GPU.
+    /// `None`: f64 on the CPU, f32 on a GPU.
     pub precision: Option<Precision>,
     /// Part of the name of a Vulkan device.
     pub device: Option<String>,

@@ -171,7 +171,7 @@ pub trait March: Send {
 
     /// March members with their derivatives by some factors (forward-mode tangents). For every point the traces hold
     /// the member, then for each factor a row with the derivative of every output per unit of the factor, with the
-    /// status of the member. `Scalar` from a backend without derivatives.
+    /// status of the member. `None` from a backend without derivatives.
     ///
     /// # Errors
     /// As [`march`](Self::march).

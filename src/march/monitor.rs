@@ -66,7 +66,7 @@ impl CancelToken {
 pub struct Progress {
     /// Members marched: of the current sweep if `expected` gives its size, otherwise since the computation began.
     pub marched: usize,
-    /// Members of the current sweep; `Scalar` where their number is unknown in advance.
+    /// Members of the current sweep; `None` where their number is unknown in advance.
     pub expected: Option<usize>,
 }
 

@@ -26,7 +26,7 @@ pub struct TableSegment<'a, R: Real> {
     fraction: R,
 }
 
-/// Segment at a table index of a table with `columns` columns that begins at `one_sided_offset`.
+/// Segment at a table index of a table with `columns` columns that begins at `offset`.
 #[inline(always)]
 pub fn table_segment<R: Real>(
     table: &[R::Scalar],

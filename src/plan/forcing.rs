@@ -155,7 +155,7 @@ impl Forcing {
     }
 
     /// The prescribed temperature of a face (0 hot, 1 back) at some instants, K, where the steps smooth it or it jumps
-    /// within a step; `Scalar` where the node of the face already has that temperature.
+    /// within a step; `None` where the node of the face already has that temperature.
     pub(super) fn held_k(&self, face: usize, times_s: &[f64], instants_s: &[f64]) -> Option<Vec<f64>> {
         let close_s = time_tolerance_s(self.duration_s);
         let signal = &self.signals[self.faces[face].held_k];

@@ -68,7 +68,7 @@ pub struct ErrorEstimate {
     pub tolerance_k: f64,
     /// Error of the nominal member.
     pub nominal_k: f64,
-    /// The largest error of the members at corners of the factors' small bounds that completed; `Scalar` without
+    /// The largest error of the members at corners of the factors' small bounds that completed; `None` without
     /// factors.
     pub corners_k: Option<f64>,
     /// Gauges of the nominal member; empty without decomposition and gas flow.
@@ -115,7 +115,7 @@ pub struct Plan {
     pub(crate) record_at_step: Vec<u32>,
     /// Records of every sensor in a march.
     pub(crate) records: usize,
-    /// Interpolation from records to instants; `Scalar` where they coincide.
+    /// Interpolation from records to instants; `None` where they coincide.
     pub(crate) interpolation: Option<RecordInterpolation>,
     /// Sensors on faces whose temperature is prescribed.
     pub(crate) held_readings: Vec<HeldReading>,
@@ -140,7 +140,7 @@ pub struct Plan {
     pub(crate) max_reactions: usize,
     /// The states that each reaction consumes and produces.
     pub(crate) reaction_paths: Vec<ReactionPath<u32>>,
-    /// Gas transport model; `Scalar` without gas.
+    /// Gas transport model; `None` without gas.
     pub(crate) gas: Option<GasFlowModel>,
     /// Whether gauges are recorded at every instant, in a case with gas: see [`Plan::without_gauges`].
     pub(crate) has_gauges: bool,
@@ -301,7 +301,7 @@ impl Plan {
         self.error_estimate.as_ref()
     }
 
-    /// The plan with half the cells and half the steps, with the same instants; `Scalar` for a coarse plan.
+    /// The plan with half the cells and half the steps, with the same instants; `None` for a coarse plan.
     pub fn coarse(&self) -> Option<&Self> {
         self.coarse.as_deref()
     }

@@ -16,7 +16,7 @@ pub struct TimeGrid {
     pub times_s: Vec<f64>,
     /// Times at which the sensors are read, s; the first is zero.
     pub instants_s: Vec<f64>,
-    /// Interpolation of the instants between steps; `Scalar` where steps end on all of them.
+    /// Interpolation of the instants between steps; `None` where steps end on all of them.
     pub(super) interpolation: Option<RecordInterpolation>,
 }
 
@@ -139,7 +139,7 @@ const MAX_COUNTING_INTERVALS: f64 = 4096.0;
 const MAX_CORNERS: usize = 10_000;
 
 impl TimeGrid {
-    /// Interpolation of the instants between steps; `Scalar` where steps end on them.
+    /// Interpolation of the instants between steps; `None` where steps end on them.
     #[cfg(feature = "internals")]
     pub fn interpolation(&self) -> Option<&RecordInterpolation> {
         self.interpolation.as_ref()

@@ -22,7 +22,7 @@ pub(super) struct Axis {
     /// Quantity and unit, such as `Time, s`.
     pub label: String,
     pub scale: Scale,
-    /// Lowest and highest value shown; `Scalar` for all values.
+    /// Lowest and highest value shown; `None` for all values.
     pub range: Option<(f64, f64)>,
 }
 
@@ -154,7 +154,7 @@ pub(super) enum Stroke {
     Thin,
 }
 
-/// Minimum and maximum; `Scalar` of no values.
+/// Minimum and maximum; `None` of no values.
 pub(super) type Span = Option<(f64, f64)>;
 
 /// Colours of Okabe and Ito (Color Universal Design, 2008) without yellow, which has too little contrast on white, then
@@ -245,7 +245,7 @@ impl Axis {
 }
 
 impl Layer {
-    /// Minimum and maximum finite value along each axis; `Scalar` where there is none.
+    /// Minimum and maximum finite value along each axis; `None` where there is none.
     pub(super) fn extent(&self) -> (Span, Span) {
         match self {
             Self::Line { x, y, .. } => (span(x), span(y)),

@@ -46,7 +46,7 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     grouped((value / unit).round() * unit, decimals)
 }
 
-/// A length: `12.41 rounded_mm`, `0.0251 rounded_mm`; two decimals at least, and three digits.
+/// A length: `12.41 mm`, `0.0251 mm`; two decimals at least, and three digits.
 pub(super) fn millimetres(length_m: f64) -> String {
     let length_mm = 1e3 * length_m;
     let magnitude = if length_mm == 0.0 { 0.0 } else { length_mm.abs().log10().floor() };
@@ -93,7 +93,7 @@ pub(super) fn interval((low, high): (f64, f64), (least, most): (f64, f64)) -> St
     if is_known { format!("{low:.3} to {high:.3}") } else { "not determined".to_owned() }
 }
 
-/// An interval by profile likelihood; a side of `Scalar` extends beyond the bound.
+/// An interval by profile likelihood; a side of `None` extends beyond the bound.
 pub(super) fn profile_interval((low, high): (Option<f64>, Option<f64>), (least, most): (f64, f64)) -> String {
     match (low, high) {
         (None, None) => "not determined".to_owned(),
@@ -152,7 +152,7 @@ pub(super) fn counted_irregular(number: usize, one: &str, many: &str) -> String 
     format!("{} {}", count(number), if number == 1 { one } else { many })
 }
 
-/// Names in a sentence: `a, b plus c`.
+/// Names in a sentence: `a, b and c`.
 pub(super) fn list<S: AsRef<str>>(names: &[S]) -> String {
     match names {
         [] => "none".to_owned(),

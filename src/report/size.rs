@@ -72,7 +72,7 @@ fn limit_text(answers: &Answers, outcome: &Sizing) -> String {
     )
 }
 
-/// `12.41 rounded_mm`, `2.00 rounded_mm or subtract_advection`, `more than 4.00 rounded_mm`.
+/// `12.41 mm`, `2.00 mm or less`, `more than 4.00 mm`.
 fn thickness_text(needed: RequiredThickness) -> String {
     match needed {
         RequiredThickness::AtMost(at_m) => format!("{} or less", millimetres(at_m)),

@@ -38,7 +38,7 @@ pub enum SessionError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputError {
-    /// The option at fault; `Scalar` if it is not a single one.
+    /// The option at fault; `None` if it is not a single one.
     pub option: Option<&'static str>,
     /// The rest of the sentence: `: no sensor is called "TC9"; there are TC1, TC2`.
     pub message: String,

@@ -34,7 +34,7 @@ pub struct MissingMembers {
 }
 
 /// Merge files of the form of [`sweep_piece`](crate::study::sweep_piece), in any order. `case_path` is the path of the
-/// case; `Scalar`: the path that the first file states.
+/// case; `None`: the path that the first file states.
 ///
 /// # Errors
 /// When the files are not all parts of one sweep, the case has changed since, or a file cannot be read.

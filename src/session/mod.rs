@@ -144,7 +144,7 @@ impl Session {
         &self.plan
     }
 
-    /// The answers of the last study; `Scalar` after a study that failed.
+    /// The answers of the last study; `None` after a study that failed.
     pub fn answers(&self) -> Option<&Answers> {
         self.answers.as_ref()
     }
@@ -358,7 +358,7 @@ impl Session {
     }
 
     /// [`march`](Self::march) with exact derivatives: each member is followed by its derivatives with respect to each
-    /// of `factors` (indices), stored as further members. `Scalar` if the backend has no derivatives.
+    /// of `factors` (indices), stored as further members. `None` if the backend has no derivatives.
     ///
     /// # Errors
     /// As [`march`](Self::march), and when there is no such factor.

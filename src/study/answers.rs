@@ -14,7 +14,7 @@ use super::uncertainty::Uncertainty;
 use crate::case::Case;
 use crate::march::Backend;
 
-/// The results of one question; a part that the question does not compute is `Scalar`.
+/// The results of one question; a part that the question does not compute is `None`.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -28,7 +28,7 @@ pub struct Answers {
     pub other_cases: Vec<Case>,
     /// The backend that computed the marches.
     pub backend: Backend,
-    /// Seed of the random draws; `Scalar` without random draws.
+    /// Seed of the random draws; `None` without random draws.
     pub seed: Option<u64>,
     /// Run time by phase.
     pub timing: Timing,

@@ -23,7 +23,7 @@ pub struct CoverageStudy {
     pub factors: Vec<FactorCoverage>,
     /// One per data set.
     pub fits: Vec<DataSetFit>,
-    /// Standard deviation of the noise, K; `Scalar` where each sample has the one that the case states.
+    /// Standard deviation of the noise, K; `None` where each sample has the one that the case states.
     pub noise_k: Option<f64>,
     /// Correlation time and seed of the noise.
     pub noise: Noise,
@@ -106,7 +106,7 @@ pub struct CoverageDesign {
     pub data_sets: usize,
     /// The side constraints between which true factors are drawn.
     pub truth_bounds: Bounds,
-    /// Standard deviation of the noise, K; `Scalar` uses the one that the case states for each sample.
+    /// Standard deviation of the noise, K; `None` uses the one that the case states for each sample.
     pub noise_k: Option<f64>,
     /// Correlation time and seed of the noise.
     pub noise: Noise,
@@ -206,7 +206,7 @@ impl FitOutcome {
     }
 }
 
-/// The case with synthetic observations for each set of true factors; `Scalar` where the march failed.
+/// The case with synthetic observations for each set of true factors; `None` where the march failed.
 fn synthetic_cases(
     case: &Case,
     plan: &Plan,

@@ -65,7 +65,7 @@ pub struct ParameterEstimates {
     pub combinations: Vec<Combination>,
     /// The loss function of the residuals.
     pub loss: RobustLoss,
-    /// The side constraints that define the priors; `Scalar` without priors.
+    /// The side constraints that define the priors; `None` without priors.
     pub prior: Option<Bounds>,
     /// Accepted iterations, the start first; the objective decreases along the path.
     pub iterations: Vec<Iteration>,

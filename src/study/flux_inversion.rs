@@ -31,7 +31,7 @@ use smoothing::{SmoothedFit, select_weight};
 /// Settings of a flux inversion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InversionOptions {
-    /// `Scalar` selects the only quantity that heats the case's hot face.
+    /// `None` selects the only quantity that heats the case's hot face.
     pub quantity: Option<HeatingQuantity>,
     /// Knots in addition to the corners of the case's own schedule, spread over the time in which that schedule heats.
     pub knots: usize,

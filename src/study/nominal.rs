@@ -118,7 +118,7 @@ impl Prediction {
         }
     }
 
-    /// A gauge over time; `Scalar` where gauges were not recorded.
+    /// A gauge over time; `None` where gauges were not recorded.
     pub fn gauge_trace(&self, gauge: Gauge) -> Option<&GaugeTrace> {
         self.gauge_traces.iter().find(|reading| reading.gauge == gauge)
     }

@@ -54,7 +54,7 @@ fn bisect(rising: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Ranks, counted from one, of the two ordered draws that enclose a quantile with 95 % confidence for any distribution
-/// (David & Nagaraja, *Order Statistics*, 2003, section 7.1); `Scalar` where there are too few draws.
+/// (David & Nagaraja, *Order Statistics*, 2003, section 7.1); `None` where there are too few draws.
 pub fn quantile_ranks_95(draws: usize, probability: f64) -> (Option<usize>, Option<usize>) {
     let Ok(binomial) = Binomial::new(probability, draws as u64) else { return (None, None) };
     let low = usize::try_from(binomial.inverse_cdf(0.025)).unwrap_or(usize::MAX);

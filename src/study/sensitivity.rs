@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Sensitivity {
-    /// Relative step of the finite differences (the paper's Eq. 14); `Scalar` where the march computed exact tangents.
+    /// Relative step of the finite differences (the paper's Eq. 14); `None` where the march computed exact tangents.
     pub step: Option<f64>,
     /// Instants of the derivatives, s.
     pub instants_s: Vec<f64>,
@@ -165,7 +165,7 @@ impl Sensitivity {
         self.all.factors.iter().copied().filter(|&factor| !slight(factor)).collect()
     }
 
-    /// The record of a dropped factor; `Scalar` for a recommended one.
+    /// The record of a dropped factor; `None` for a recommended one.
     pub fn dropped(&self, factor: usize) -> Option<&Dropped> {
         self.reduction.iter().find(|dropped| dropped.variable == factor)
     }

@@ -168,7 +168,7 @@ impl TraceCoverage {
         &self.stored
     }
 
-    /// With stored traces; `Scalar` where they do not fit the sensors and instants.
+    /// With stored traces; `None` where they do not fit the sensors and instants.
     pub(super) fn with_stored(mut self, stored: BTreeMap<usize, Vec<i32>>) -> Option<Self> {
         let (most, width) = (self.max_stored(), self.nominal_k.len());
         self.stored = stored;

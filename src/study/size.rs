@@ -29,7 +29,7 @@ pub struct SizingRequirement {
     pub limit_k: f64,
     /// Required fraction of members below the limit.
     pub probability: f64,
-    /// Smallest and largest total thickness of the plies, m; `Scalar` for a quarter to four times the case's thickness.
+    /// Smallest and largest total thickness of the plies, m; `None` for a quarter to four times the case's thickness.
     pub thickness_range_m: Option<(f64, f64)>,
 }
 
@@ -48,7 +48,7 @@ pub struct Sizing {
     pub nominal: RequiredThickness,
     /// Thickness for the required fraction of members.
     pub required: RequiredThickness,
-    /// 95 % confidence interval of that thickness, from the number of members; an end is `Scalar` where there are too
+    /// 95 % confidence interval of that thickness, from the number of members; an end is `None` where there are too
     /// few.
     pub interval: (Option<RequiredThickness>, Option<RequiredThickness>),
     /// Members drawn.
@@ -66,7 +66,7 @@ pub struct Sizing {
     pub density_kg_m3: f64,
     /// Whether the sensor peaks at the end of the run, so that its true peak may be later and higher.
     pub still_warming: bool,
-    /// Independent Monte Carlo at the thickness found; `Scalar` where none was found.
+    /// Independent Monte Carlo at the thickness found; `None` where none was found.
     pub check: Option<IndependentCheck>,
     /// Members marched, including the check.
     pub marches: usize,

@@ -41,7 +41,7 @@ pub struct ThermocoupleResiduals<'a> {
 pub struct CaseResiduals<'a> {
     plan: &'a Plan,
     nominal: Vec<f64>,
-    /// Index of each variable among the factors of the case; `Scalar` where the case lacks it.
+    /// Index of each variable among the factors of the case; `None` where the case lacks it.
     factor_indices: Vec<Option<usize>>,
     samples: Vec<Sample>,
 }

@@ -258,7 +258,7 @@ impl SweepStatistics {
         self.traces.stored()
     }
 
-    /// Restored statistics about the same nominal march; `Scalar` where the integers do not fit.
+    /// Restored statistics about the same nominal march; `None` where the integers do not fit.
     pub fn restored(&self, numbers: &[i128], traces: BTreeMap<usize, Vec<i32>>, failures: &[Failure]) -> Option<Self> {
         let mut restored = Self {
             accumulator: self.accumulator.restored_from(numbers)?,
@@ -338,7 +338,7 @@ fn reference_values(
     (reference, marginals.collect())
 }
 
-/// Reason of a failure, in words that do not depend on the member; `Scalar` for a completed member.
+/// Reason of a failure, in words that do not depend on the member; `None` for a completed member.
 pub fn failure_reason(case: &Case, status: &MemberStatus) -> Option<String> {
     match status {
         MemberStatus::Completed => None,

@@ -77,7 +77,7 @@ pub(super) fn balance_rows(march: &mut dyn March) -> Result<Vec<VerificationRow>
     Ok(rows)
 }
 
-/// Residuals of heat and mass as shares of the amounts moved, each step cut into `subdivisions`; NaN if the march
+/// Residuals of heat and mass as shares of the amounts moved, each step cut into `cuts`; NaN if the march
 /// failed.
 fn residuals(march: &mut dyn March, case: &Case, cuts: usize) -> Result<[f64; 2], MarchError> {
     let traces = march_refined(march, case, 1, cuts)?;

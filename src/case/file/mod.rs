@@ -96,11 +96,7 @@ impl Case {
 }
 
 /// The validated case, with its files and their old names.
-fn build(
-    read: ReadResult<CaseBuilder>,
-    input_files: InputFiles,
-    diagnostics: Diagnostics,
-) -> Result<Case, CaseError> {
+fn build(read: ReadResult<CaseBuilder>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
     let renamed_keys = RenamedKeys(diagnostics.take_renamed_keys());
     Ok(Case { renamed_keys, input_files, ..diagnostics.into_result(read)?.build()? })
 }

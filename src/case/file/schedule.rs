@@ -113,7 +113,7 @@ fn uncovered_intervals((first, last): (f64, f64), (start, end): (f64, f64), same
     spans.into_iter().filter(|(from, to)| to - from > same).collect()
 }
 
-/// `0 s to 10 s plus from 20 s to 300 s`.
+/// `0 s to 10 s and from 20 s to 300 s`.
 fn format_intervals(spans: &[(f64, f64)], scale: f64, unit: &str) -> String {
     // Nine decimals hide the rounding error of a sum of thicknesses.
     let round = |value: f64| (value * scale * 1e9).round() / 1e9;

@@ -59,7 +59,7 @@ struct OutputReadbacks {
 }
 
 impl OutputBuffers {
-    /// `read_bytes` is the size of one word of all members.
+    /// `bytes` is the size of one word of all members.
     fn new(device: &Device, plan: &Plan, bytes: u64) -> Self {
         Self {
             state: device.storage("state", state_words(plan) as u64 * bytes),

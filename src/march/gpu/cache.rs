@@ -22,7 +22,7 @@ pub(super) fn cache_folder() -> Option<PathBuf> {
 }
 
 impl DriverCache {
-    /// The cache of a device in a folder, possibly empty; `Scalar` where the device has no pipeline cache.
+    /// The cache of a device in a folder, possibly empty; `None` where the device has no pipeline cache.
     #[expect(unsafe_code, reason = "justified at the block")]
     pub(super) fn open(device: &wgpu::Device, info: &wgpu::AdapterInfo, folder: &Path) -> Option<Self> {
         if !device.features().contains(wgpu::Features::PIPELINE_CACHE) {
@@ -74,7 +74,7 @@ fn with_checksum(data: &[u8]) -> Vec<u8> {
     [&checksum(data), data].concat()
 }
 
-/// The data without the checksum; `Scalar` where they are damaged.
+/// The data without the checksum; `None` where they are damaged.
 fn without_checksum(stored: &[u8]) -> Option<&[u8]> {
     let (found, data) = stored.split_first_chunk()?;
     (*found == checksum(data)).then_some(data)

@@ -53,7 +53,7 @@ struct Starts {
 #[derive(Serialize)]
 struct IdentifiableCombination<'a> {
     factors: [&'a str; 2],
-    /// `ratio_or_zero` or `product`.
+    /// `ratio` or `product`.
     combination: &'a str,
     value: f64,
     relative_standard_error: f64,

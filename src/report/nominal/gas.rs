@@ -20,7 +20,7 @@ pub(super) fn has_darcy_flow(case: &Case) -> bool {
     case.gas.as_ref().is_some_and(|gas| gas.model == GasFlowModel::Darcy)
 }
 
-/// The finding; `Scalar` where no gas moves.
+/// The finding; `None` where no gas moves.
 pub(super) fn finding(case: &Case, outcome: &Prediction) -> Option<String> {
     let flux = outcome.gauge_trace(Gauge::GasFlux)?;
     let way = if flux.peak < 0.0 { " into the layup" } else { "" };
@@ -96,7 +96,7 @@ pub(super) fn mass_balance(total: &Balance) -> String {
     if heat.is_empty() { mass } else { format!("{mass} The energy balance includes {}.", format::list(&heat)) }
 }
 
-/// Final depth of a front: `3.84 rounded_mm`.
+/// Final depth of a front: `3.84 mm`.
 fn final_depth(front: &GaugeTrace) -> String {
     if front.end > 0.0 { format!("{} mm", format::significant(1e3 * front.end, 3)) } else { "none".to_owned() }
 }

@@ -106,7 +106,7 @@ fn variance_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure 
     }
 }
 
-/// Total Sobol indices over time with their intervals, of the factors that exceed 2 % at any time; `Scalar` if too few
+/// Total Sobol indices over time with their intervals, of the factors that exceed 2 % at any time; `None` if too few
 /// members completed.
 fn total_indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> {
     let name = &case.sensors[sensor].name;

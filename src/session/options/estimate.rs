@@ -13,13 +13,13 @@ use crate::study::posterior::Walkers;
 pub struct Start {
     /// Its name.
     pub factor: String,
-    /// The id of the case whose factor it is; `Scalar`: every case that estimates it.
+    /// The id of the case whose factor it is; `None`: every case that estimates it.
     pub case: Option<String>,
     /// Its start value.
     pub value: f64,
 }
 
-/// The factors to estimate, and the minimisation. What is empty or `Scalar` is taken from the case.
+/// The factors to estimate, and the minimisation. What is empty or `None` is taken from the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitOptions {
     /// Names of the factors to estimate.
@@ -28,7 +28,7 @@ pub struct FitOptions {
     pub start: Vec<Start>,
     /// Loss function of the residuals.
     pub loss: Option<LossFunction>,
-    /// Bounds at which a Gaussian prior has two standard deviations; `Some(Scalar)` is no prior.
+    /// Bounds at which a Gaussian prior has two standard deviations; `Some(None)` is no prior.
     pub prior: Option<Option<Bounds>>,
     /// Step control of the minimisation.
     pub damping_strategy: DampingStrategy,
@@ -80,7 +80,7 @@ pub struct EstimateOptions {
     pub observations: ObservationSelection,
     /// The factors to estimate, and the minimisation.
     pub fit: FitOptions,
-    /// Options of the MCMC sampling of the posterior; `Scalar`: no posterior.
+    /// Options of the MCMC sampling of the posterior; `None`: no posterior.
     pub posterior: Option<Walkers>,
 }
 

@@ -10,7 +10,7 @@ use crate::study::flux_inversion::{HeatingQuantity, InversionOptions, Smoothing}
 pub struct HistoryOptions {
     /// The observations to use. Bounds are refused, as no factor is estimated.
     pub observations: ObservationSelection,
-    /// The quantity to estimate; `Scalar`: the only one that the case has.
+    /// The quantity to estimate; `None`: the only one that the case has.
     pub quantity: Option<HeatingQuantity>,
     /// Number of knots, in addition to the corners of the case's own schedule.
     pub knots: usize,

@@ -32,13 +32,13 @@ pub struct Options {
     /// The default chooses a hardware GPU if there is one and the run is long enough to pay for opening it, otherwise
     /// the CPU.
     pub backend: BackendKind,
-    /// `Scalar`: f64 on the CPU, f32 on a GPU.
+    /// `None`: f64 on the CPU, f32 on a GPU.
     pub precision: Option<Precision>,
     /// Part of the name of a Vulkan device.
     pub device: Option<String>,
-    /// Discretisation error for which cells and time steps are chosen, K; `Scalar`: that of the case.
+    /// Discretisation error for which cells and time steps are chosen, K; `None`: that of the case.
     pub tolerance_k: Option<f64>,
-    /// Threads of the session's own pool; `Scalar`: the pool of the caller.
+    /// Threads of the session's own pool; `None`: the pool of the caller.
     pub threads: Option<usize>,
     /// Called after every batch of members.
     pub progress: Option<ProgressCallback>,
@@ -150,7 +150,7 @@ impl Options {
     }
 }
 
-/// The observations to use. What is empty or `Scalar` is taken from the case.
+/// The observations to use. What is empty or `None` is taken from the case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObservationSelection {
     /// Names of sensors.

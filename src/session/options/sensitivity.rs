@@ -12,7 +12,7 @@ pub enum Derivatives {
     /// Exact, by forward-mode differentiation of the march; central differences on a backend without it.
     #[default]
     Exact,
-    /// Central differences with this relative step; `Scalar`: 1e-5 in f64 and 1e-3 in f32.
+    /// Central differences with this relative step; `None`: 1e-5 in f64 and 1e-3 in f32.
     Difference(Option<f64>),
 }
 
@@ -48,7 +48,7 @@ impl SensitivityOptions {
         with_selection(case, |cases| self.observations.apply(cases))
     }
 
-    /// The relative step of central differences; `Scalar` for exact derivatives.
+    /// The relative step of central differences; `None` for exact derivatives.
     pub(in crate::session) fn step(&self, precision: Precision) -> Option<f64> {
         match self.derivatives {
             Derivatives::Exact => None,

@@ -17,7 +17,7 @@ pub struct SizeOptions {
     pub limit_k: f64,
     /// The required probability that a member stays below the limit.
     pub probability: f64,
-    /// The smallest and the largest thickness, m; `Scalar`: 1/4 to 4 times the thickness in the case.
+    /// The smallest and the largest thickness, m; `None`: 1/4 to 4 times the thickness in the case.
     pub thickness_range_m: Option<(f64, f64)>,
     /// The Monte Carlo sweep.
     pub sweep: UncertaintyOptions,

@@ -16,7 +16,7 @@ pub struct StudyOptions {
     pub observations: ObservationSelection,
     /// The factors to estimate, and the minimisation.
     pub fit: FitOptions,
-    /// Options of the MCMC sampling of the posterior; `Scalar`: no posterior.
+    /// Options of the MCMC sampling of the posterior; `None`: no posterior.
     pub posterior: Option<Walkers>,
 }
 

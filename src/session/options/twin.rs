@@ -63,7 +63,7 @@ pub struct TwinStudyOptions {
     pub observations: ObservationSelection,
     /// The factors to estimate, and the minimisation.
     pub fit: FitOptions,
-    /// Standard deviation of the noise, K; `Scalar`: that of the observations.
+    /// Standard deviation of the noise, K; `None`: that of the observations.
     pub noise_k: Option<f64>,
     /// Correlation time of the noise, s.
     pub correlation_s: f64,

@@ -63,7 +63,7 @@ mod tests {
 
     const VALUES: [f64; 2] = [0.5, 2.0];
 
-    /// Residuals in the logarithms of two variables; the data determine their sum or difference `ratio_or_zero` times
+    /// Residuals in the logarithms of two variables; the data determine their sum or difference `ratio` times
     /// better than the other. White noise of a hundredth of the sum.
     fn judged(sign: f64, ratio: f64) -> (Vec<Vec<f64>>, LinearizedPosterior) {
         let row = |together: f64, apart: f64| [together + apart, sign * (together - apart)];

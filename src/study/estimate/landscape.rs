@@ -48,7 +48,7 @@ const NODES_PER_SIDE: usize = 32;
 const GOLDEN_STEPS: usize = 60;
 
 impl Objective<'_> {
-    /// The landscape of two factors between their bounds; `Scalar` for another number of factors or empty bounds. Lines
+    /// The landscape of two factors between their bounds; `None` for another number of factors or empty bounds. Lines
     /// run along the factor with the larger effect at the estimate, so that each crosses the valley. `step` is the
     /// finite-difference step where the march computes no derivatives.
     pub(super) fn landscape(
@@ -213,7 +213,7 @@ fn mixed_derivative(row: &[Tangent], node: usize, residual: usize) -> f64 {
     }
 }
 
-/// Position of the minimum between zero and `last_record`: the lowest of evenly spaced probes, refined by golden
+/// Position of the minimum between zero and `last`: the lowest of evenly spaced probes, refined by golden
 /// section.
 fn line_minimum(objective: &dyn Fn(f64) -> f64, last: f64) -> f64 {
     let probes = PROBES_PER_INTERVAL * (NODES - 1);

@@ -39,7 +39,7 @@ impl Likelihood {
         let noise = NoiseProcess::estimate(&pseudo, &jacobian, times_s);
         let found = LinearizedPosterior::new(&jacobian, &[], 1.0, &noise, &numerical_error);
         let (strength, effective_samples) = found.noise_inflation();
-        // A fit removes p directions, in which the noise is `noise_inflation` times as strong, but at most half of the
+        // A fit removes p directions, in which the noise is `strength` times as strong, but at most half of the
         // noise.
         let left = (n as f64 - p as f64 * strength).max(n as f64 / 2.0);
         Self {

@@ -23,7 +23,7 @@ pub struct Profile {
     pub rises: Vec<f64>,
     /// Rise at the ends of the 95 % interval.
     pub level: f64,
-    /// Lower and upper end of the interval; `Scalar` where a bound comes first.
+    /// Lower and upper end of the interval; `None` where a bound comes first.
     pub interval: (Option<f64>, Option<f64>),
 }
 

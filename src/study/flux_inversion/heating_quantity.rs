@@ -29,7 +29,7 @@ impl HeatingQuantity {
         }
     }
 
-    /// The value without heating; `Scalar` for a gas temperature.
+    /// The value without heating; `None` for a gas temperature.
     pub(super) fn unheated_value(self) -> Option<f64> {
         match self {
             Self::Flux | Self::RadiantFlux => Some(0.0),

@@ -69,7 +69,7 @@ impl PosteriorMarginal {
     }
 }
 
-/// Index of the bin that contains a value; `Scalar` outside the range.
+/// Index of the bin that contains a value; `None` outside the range.
 fn bin(value: f64, (low, high): (f64, f64), bins: usize) -> Option<usize> {
     let place = (value - low) / (high - low) * bins as f64;
     (0.0..=bins as f64).contains(&place).then(|| (place as usize).min(bins - 1))

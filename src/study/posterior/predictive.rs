@@ -34,7 +34,7 @@ pub struct SensorPredictive {
     /// From the posterior of the factors and the model discrepancy.
     pub discrepancy: PredictiveBand,
     /// Fraction of the sensor's samples within its window that lie in each of the two bands, widened by two standard
-    /// deviations of the reading; `Scalar` without samples.
+    /// deviations of the reading; `None` without samples.
     pub coverage: Option<(f64, f64)>,
 }
 

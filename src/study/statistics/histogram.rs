@@ -60,7 +60,7 @@ impl Histogram {
         }
     }
 
-    /// The value, in quanta, below which `values` values lie; `Scalar` for an empty histogram.
+    /// The value, in quanta, below which `values` values lie; `None` for an empty histogram.
     pub(super) fn quantile(&self, values: f64) -> Option<f64> {
         let mut below = 0.0;
         let mut edge = None;
@@ -84,7 +84,7 @@ impl Histogram {
         head.into_iter().chain(self.counts.iter().map(|&count| i128::from(count)))
     }
 
-    /// Restore a histogram of the same shape from [`to_integers`](Self::to_integers); `Scalar` where they are invalid
+    /// Restore a histogram of the same shape from [`to_integers`](Self::to_integers); `None` where they are invalid
     /// or do not hold `values` values.
     pub(super) fn restored(self, numbers: &mut dyn Iterator<Item = i128>, values: u64) -> Option<Self> {
         let width_log2 = u32::try_from(numbers.next()?).ok().filter(|&log2| log2 < 48)?;

@@ -57,7 +57,7 @@ pub(super) struct PolynomialChaos<'a> {
     functions: usize,
     /// Inverse of the Gram matrix of the functions.
     gram_inverse: DMatrix<f64>,
-    /// Covariance of the functions, for correlated factors; `Scalar` where the variance is the sum of squared
+    /// Covariance of the functions, for correlated factors; `None` where the variance is the sum of squared
     /// coefficients.
     covariance: Option<DMatrix<f64>>,
     /// First-order and total part, per factor.
@@ -71,7 +71,7 @@ struct VariancePart {
 }
 
 impl<'a> PolynomialChaos<'a> {
-    /// `Scalar` for fewer members than a linear function of every factor needs.
+    /// `None` for fewer members than a linear function of every factor needs.
     pub(super) fn new(accumulator: &'a Accumulator, are_independent: bool) -> Option<Self> {
         let scale = QUANTA * QUANTA * accumulator.members as f64;
         let mut functions = accumulator.basis.complete_degrees(accumulator.members / MEMBERS_PER_FUNCTION);

@@ -79,7 +79,7 @@ impl Accumulator {
 struct RankCorrelations {
     means: Vec<f64>,
     deviations: Vec<f64>,
-    /// Inverse of the rank correlations among the factors; `Scalar` where the matrix is singular.
+    /// Inverse of the rank correlations among the factors; `None` where the matrix is singular.
     inverse: Option<DMatrix<f64>>,
 }
 

@@ -25,7 +25,7 @@ impl Accumulator {
         numbers
     }
 
-    /// Restore from [`to_integers`](Self::to_integers) and the references; `Scalar` where they do not fit: too few, too
+    /// Restore from [`to_integers`](Self::to_integers) and the references; `None` where they do not fit: too few, too
     /// many, or counts that do not add up to the members.
     pub fn from_integers(reference: &[f64], marginals: &[Marginal], numbers: &[i128]) -> Option<Self> {
         let mut accumulator = Self::new(reference, marginals);

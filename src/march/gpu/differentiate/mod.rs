@@ -23,7 +23,7 @@ use naga::{
 };
 use std::collections::{HashMap, HashSet};
 
-/// A place that can hold an active value; the function is `Scalar` for an entry point.
+/// A place that can hold an active value; the function is `None` for an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum ActivePlace {
     Global(Handle<GlobalVariable>),

@@ -8,7 +8,7 @@ use super::function::{FunctionTransform, Value};
 use naga::{BinaryOperator, Expression, MathFunction, ScalarKind, UnaryOperator};
 
 impl FunctionTransform<'_> {
-    /// The tangent of a value, appended after it; `Scalar` where it is inactive or not real.
+    /// The tangent of a value, appended after it; `None` where it is inactive or not real.
     pub(super) fn tangent(&mut self, value: Value) -> Result<Option<Value>, String> {
         if !contains_reals(self.info[value].ty.inner_with(&self.module.types), &self.module.types) {
             return Ok(None);

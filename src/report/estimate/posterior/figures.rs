@@ -60,7 +60,7 @@ fn corner_plot(found: &ParameterEstimates, outcome: &Posterior) -> Figure {
     }
 }
 
-/// One sensor; `Scalar` if its temperature is constant.
+/// One sensor; `None` if its temperature is constant.
 fn predictive_intervals(answers: &Answers, case: &Case, of: &PosteriorPredictive, sensor: usize) -> Option<Figure> {
     let found = &of.sensors[sensor];
     let width_k =
