@@ -280,8 +280,8 @@ mod tests {
         let spoiled = whole.replace("0.10 W/m/K", "0.10 W/m").replace("400, 500", "500, 400");
         std::fs::write(&path, spoiled).expect("a file in a temporary folder");
         let error = Material::load(&path).expect_err("two faults").to_string();
-        assert!(error.contains("mine.toml:12:29: expected a temperature above 500 K, found 400 K"), "{error}");
-        assert!(error.contains("mine.toml:20:9: wrong dimension: expected a conductivity"), "{error}");
+        assert!(error.contains("mine.toml:14:29: expected a temperature above 500 K, found 400 K"), "{error}");
+        assert!(error.contains("mine.toml:23:9: wrong dimension: expected a conductivity"), "{error}");
         assert!(error.ends_with("2 errors"), "{error}");
         std::fs::remove_dir_all(&folder).expect("the folder made above");
     }

@@ -19,7 +19,7 @@ fn pore_values(pores: &Pores) -> String {
         said += &format!(", slip {:.3} Pa/K", pores.slip_pa_k);
     }
     if pores.inertia_1_m > 0.0 {
-        said += &format!(", Forchheimer coefficient {:.1e}/m", pores.inertia_1_m);
+        said += &format!(", Forchheimer {:.1e}/m", pores.inertia_1_m);
     }
     said
 }
