@@ -4,7 +4,6 @@ use super::{Backend, March, MarchError, Precision, interpolate_records, member_s
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::dual::Dual;
-use crate::physics::dual::directions::DoubleWidth;
 use crate::physics::lanes::{F32Lanes, F64Lanes, SimdTables};
 use crate::physics::member::Member;
 use crate::plan::layout::{GAUGES, NO_INSTANT};
@@ -18,8 +17,6 @@ use std::ops::Range;
 /// A SIMD group takes as long as this many members in scalar arithmetic (see benches/LOG.md); up to this many members a
 /// thread are marched one by one.
 const SCALAR_MEMBERS_PER_THREAD: usize = 2;
-/// Eight f32 tangent directions at once.
-type F32Directions = DoubleWidth<DoubleWidth<DoubleWidth<F32Lanes<Scalar>>>>;
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;
 
@@ -48,13 +45,13 @@ impl InstructionSet {
     }
 
     #[cfg(target_arch = "aarch64")]
-    fn at_hand() -> Vec<Self> {
-        vec![Self::Neon, Self::None]
+    fn available() -> Vec<Self> {
+        vec![Self::Neon, Self::Scalar]
     }
 
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    fn at_hand() -> Vec<Self> {
-        vec![Self::None]
+    fn available() -> Vec<Self> {
+        vec![Self::Scalar]
     }
 
     fn name(self) -> &'static str {
@@ -188,11 +185,11 @@ fn march_simd<S: SimdTables>(precision: Precision, plan: &Plan, ensemble: &Ensem
 fn tangents_simd<S: SimdTables>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
     match precision {
         Precision::F64 => march_tangents::<S, Dual<f64, S::Directions>>(plan, &plan.data, points, factors),
-        // On the CPU f32 serves to compare with devices. SIMD types for its derivatives would take an eighth of the
-        // compile time of the crate, and no estimate would use them (benches/LOG.md).
+        // On the CPU f32 serves to compare with devices, so one direction at a time is enough: eight at once took a
+        // fifth of the compile time of the crate (benches/LOG.md).
         Precision::F32 => {
             let rows = plan.data.map(|x| x as f32);
-            march_tangents::<Scalar, Dual<f32, F32Directions>>(plan, &rows, points, factors)
+            march_tangents::<Scalar, Dual<f32, F32Lanes<Scalar>>>(plan, &rows, points, factors)
         }
     }
 }

@@ -107,6 +107,7 @@ impl<V: Real<Scalar = V, Constant = V> + PartialOrd, D: Directions<V>> Real for 
     type TableRows<'p, 'a> = V::TableRows<'p, 'a>;
     type TableRow<'a> = V::TableRow<'a>;
     const LANES: usize = 1 + D::LANES;
+    const FIRST_ROW: V::RowOffset = V::FIRST_ROW;
     const MANTISSA_BITS: u32 = V::MANTISSA_BITS;
 
     #[inline(always)]

@@ -8,7 +8,7 @@ mod simd_tables;
 use super::Real;
 use crate::plan::layout::COLUMNS_PER_LOAD;
 pub use simd_tables::SimdTables;
-use simd_tables::{MAX_LANES, RowOffsets, TableRow, TableRows};
+use simd_tables::{MAX_LANES, RowOffsets, TableRow, TableRows, load, store};
 use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -34,7 +34,7 @@ macro_rules! lanes {
             #[inline(always)]
             fn array(self) -> [$real; MAX_LANES] {
                 let mut array = [0.0; MAX_LANES];
-                self.0.copy_to_slice(&mut array);
+                store(self.0, &mut array);
                 array
             }
 
@@ -45,7 +45,7 @@ macro_rules! lanes {
                 for l in 0..S::$vector::WIDTH {
                     array[l] = lane(l);
                 }
-                Self(S::$vector::load_from_slice(&array))
+                Self(load(&array))
             }
         }
 
@@ -69,6 +69,7 @@ macro_rules! lanes {
             type TableRows<'p, 'a> = TableRows<'p, 'a, $real, $max_lanes>;
             type TableRow<'a> = TableRow<'a, $real, $max_lanes>;
             const LANES: usize = S::$vector::WIDTH;
+            const FIRST_ROW: RowOffsets<$max_lanes> = [0; $max_lanes];
             const MANTISSA_BITS: u32 = $mantissa_bits;
 
             #[inline(always)]
@@ -168,7 +169,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn column_group(row: Self::TableRow<'_>, group: usize) -> [Self; COLUMNS_PER_LOAD] {
-                S::$column_group(row, group).map(Self)
+                let [a, b, c, d] = S::$column_group(row, group);
+                [Self(a), Self(b), Self(c), Self(d)]
             }
             #[inline(always)]
             fn for_lanes_outside(self, span: f32, mut outside: impl FnMut(usize)) {

@@ -241,7 +241,8 @@ pub(super) fn mixture_sums<R: Real>(phases: &[R], own: &[StateScale<R>], parts: 
     let mut conductivity = own[0].conductivity.times(phases[0], parts);
     let mut stores = phases[0] * own[0].enthalpy_scale;
     let mut remains = phases[0];
-    for (&volume, own) in phases[1..].iter().zip(&own[1..]) {
+    for state in 1..phases.len() {
+        let (volume, own) = (phases[state], &own[state]);
         conductivity = conductivity.plus(own.conductivity.times(volume, parts), parts);
         stores = stores + volume * own.enthalpy_scale;
         remains = remains + volume * own.remains;

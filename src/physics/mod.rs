@@ -115,25 +115,30 @@ pub trait Real:
     /// product of two dual numbers. Other number types are their own `Constant`.
     type Constant: Real<Scalar = Self::Scalar, Constant = Self::Constant>;
     /// Offset of the table row of each lane.
-    type RowOffset: Copy + Default + Send + Sync;
+    type RowOffset: Copy + Send + Sync;
     /// Table rows at given offsets.
     type TableRows<'p, 'a>: Copy;
     /// One table row a lane.
     type TableRow<'a>: Copy;
     /// Members marched at once.
     const LANES: usize;
+    /// The first row of a table in every lane.
+    const FIRST_ROW: Self::RowOffset;
     /// Mantissa bits, without the leading one.
     const MANTISSA_BITS: u32;
 
     fn scalar(value: f64) -> Self::Scalar;
     /// The same value in every lane.
     fn splat(value: Self::Scalar) -> Self;
+    #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self::splat(Self::scalar(value))
     }
+    #[inline(always)]
     fn constant(value: Self::Scalar) -> Self::Constant {
         Self::Constant::splat(value)
     }
+    #[inline(always)]
     fn constant_from_f64(value: f64) -> Self::Constant {
         Self::Constant::from_f64(value)
     }
@@ -185,6 +190,7 @@ macro_rules! scalar {
             type TableRows<'p, 'a> = (&'p [usize], &'a [$real], usize);
             type TableRow<'a> = &'a [$real];
             const LANES: usize = 1;
+            const FIRST_ROW: usize = 0;
             const MANTISSA_BITS: u32 = $mantissa_bits;
 
             #[inline(always)]

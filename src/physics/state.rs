@@ -186,7 +186,7 @@ impl<R: Real> Thermal<R> {
             }; 2],
             face_conduction: [zero; 2],
             face_conduction_slopes: [[zero; 2]; 2],
-            row_offsets: vec![R::RowOffset::default(); cells],
+            row_offsets: vec![R::FIRST_ROW; cells],
             row_fractions: vec![zero; cells],
             properties: vec![CellProperties { conductivity: zero, slope: zero, capacity: zero }; cells],
             system: vec![

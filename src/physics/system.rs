@@ -261,7 +261,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let below = self.flux_within_ply(0, here, next, R::constant(nodes.cells[0].half_over_next_1_m), 0);
                 system[0] = self.first_stage_row(&mut sweep, position(0, 0), here, below, inverse_step_1_s, step);
             }
-            for (i, row) in (first_links..).zip(&mut system[first_links..]) {
+            for (after, row) in system[first_links..].iter_mut().enumerate() {
+                let i = first_links + after;
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
                 let below = self.flux_within_ply(cell, here, next, R::constant(nodes.cells[i].half_over_next_1_m), 0);
@@ -313,7 +314,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 system[0].rhs_or_increment =
                     self.second_stage_row(&mut sweep, position(0, 0), here, below, row, twice_inverse_step_1_s, step);
             }
-            for (i, row) in (first_links..).zip(&mut system[first_links..]) {
+            for (after, row) in system[first_links..].iter_mut().enumerate() {
+                let i = first_links + after;
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
                 let below = self.flux_within_ply(cell, here, next, R::constant(nodes.cells[i].half_over_next_1_m), 1);

@@ -34,7 +34,7 @@ pub fn table_segment<R: Real>(
     columns: usize,
     offset: usize,
 ) -> TableSegment<'_, R> {
-    let mut row_offset = [R::RowOffset::default()];
+    let mut row_offset = [R::FIRST_ROW];
     let rows = R::table_rows(
         &mut row_offset,
         &table[offset..],

@@ -42,7 +42,10 @@ impl<'p, 'a, T, const LANES: usize> TableRows<'p, 'a, T, LANES> {
         let last = table.len().checked_sub(columns).and_then(|last| u32::try_from(last).ok());
         let last = last.expect("a table has at least one row and fewer than 2³² numbers");
         for (i, starts) in places.iter_mut().enumerate() {
-            *starts = place(i).map(|start| start.min(last));
+            *starts = place(i);
+            for start in starts {
+                *start = (*start).min(last);
+            }
         }
         Self { table, columns, offsets: places }
     }
@@ -80,14 +83,19 @@ pub trait SimdTables: Simd {
     #[inline(always)]
     fn row_offsets_f64(row: Self::Vf64, columns: usize) -> RowOffsets<8> {
         let mut rows = [0.0; 8];
-        row.copy_to_slice(&mut rows);
-        rows.map(|row| row as u32 * columns as u32)
+        store(row, &mut rows);
+        let mut offsets = [0; 8];
+        for (offset, row) in offsets.iter_mut().zip(rows) {
+            *offset = row as u32 * columns as u32;
+        }
+        offsets
     }
 
     /// One column group of the rows.
     #[inline(always)]
     fn column_group_f64(row: TableRow<'_, f64, 8>, group: usize) -> [Self::Vf64; COLUMNS_PER_LOAD] {
-        transpose(row, group, Self::Vf64::WIDTH).map(|column: [f64; MAX_LANES]| Self::Vf64::load_from_slice(&column))
+        let [a, b, c, d] = transpose::<f64, 8>(row, group, Self::Vf64::WIDTH);
+        [load(&a), load(&b), load(&c), load(&d)]
     }
 
     /// Whether any lane is not zero.
@@ -100,13 +108,18 @@ pub trait SimdTables: Simd {
     #[inline(always)]
     fn row_offsets_f32(row: Self::Vf32, columns: usize) -> RowOffsets<16> {
         let mut rows = [0.0; 16];
-        row.copy_to_slice(&mut rows);
-        rows.map(|row| row as u32 * columns as u32)
+        store(row, &mut rows);
+        let mut offsets = [0; 16];
+        for (offset, row) in offsets.iter_mut().zip(rows) {
+            *offset = row as u32 * columns as u32;
+        }
+        offsets
     }
 
     #[inline(always)]
     fn column_group_f32(row: TableRow<'_, f32, 16>, group: usize) -> [Self::Vf32; COLUMNS_PER_LOAD] {
-        transpose(row, group, Self::Vf32::WIDTH).map(|column: [f32; MAX_LANES]| Self::Vf32::load_from_slice(&column))
+        let [a, b, c, d] = transpose::<f32, 16>(row, group, Self::Vf32::WIDTH);
+        [load(&a), load(&b), load(&c), load(&d)]
     }
 
     #[inline(always)]
@@ -131,6 +144,24 @@ fn transpose<T: Copy + Default, const LANES: usize>(
         }
     }
     columns
+}
+
+/// Store a vector at the start of a slice. `SimdBaseIo::copy_to_slice` is not always inlined.
+#[inline(always)]
+#[expect(unsafe_code, reason = "whole vectors; see the safety comment")]
+pub(super) fn store<V: SimdBaseIo>(vector: V, slice: &mut [V::Scalar]) {
+    assert!(V::WIDTH <= slice.len(), "{} lanes for {} numbers", V::WIDTH, slice.len());
+    // SAFETY: the slice holds at least as many numbers as the vector.
+    unsafe { vector.copy_to_ptr_unaligned(slice.as_mut_ptr()) };
+}
+
+/// Load a vector from the start of a slice.
+#[inline(always)]
+#[expect(unsafe_code, reason = "whole vectors; see the safety comment")]
+pub(super) fn load<V: SimdBaseIo>(slice: &[V::Scalar]) -> V {
+    assert!(V::WIDTH <= slice.len(), "{} lanes of {} numbers", V::WIDTH, slice.len());
+    // SAFETY: as in `store`.
+    unsafe { V::load_from_ptr_unaligned(slice.as_ptr()) }
 }
 
 impl SimdTables for Scalar {
@@ -176,9 +207,8 @@ mod x86_64 {
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
-                let of = |lane: usize| _mm256_loadu_pd(first.add(row.offsets[lane] as usize));
-                let both = |lane: usize| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(of(lane)), of(lane + 4));
-                let (a, b, c, d) = (both(0), both(1), both(2), both(3));
+                let (a, b) = (two_rows_f64(first, &row.offsets, 0), two_rows_f64(first, &row.offsets, 1));
+                let (c, d) = (two_rows_f64(first, &row.offsets, 2), two_rows_f64(first, &row.offsets, 3));
                 let (even, odd) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
                 let (even_on, odd_on) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
                 let near = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
@@ -222,12 +252,8 @@ mod x86_64 {
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
-                let of = |lane: usize| _mm_loadu_ps(first.add(row.offsets[lane] as usize));
-                let all = |lane: usize| {
-                    let half = _mm512_insertf32x4::<1>(_mm512_castps128_ps512(of(lane)), of(lane + 4));
-                    _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(half, of(lane + 8)), of(lane + 12))
-                };
-                let (a, b, c, d) = (all(0), all(1), all(2), all(3));
+                let (a, b) = (four_rows_f32(first, &row.offsets, 0), four_rows_f32(first, &row.offsets, 1));
+                let (c, d) = (four_rows_f32(first, &row.offsets, 2), four_rows_f32(first, &row.offsets, 3));
                 let low = _mm512_castps_pd(_mm512_unpacklo_ps(a, b));
                 let high = _mm512_castps_pd(_mm512_unpackhi_ps(a, b));
                 let low_on = _mm512_castps_pd(_mm512_unpacklo_ps(c, d));
@@ -262,10 +288,9 @@ mod x86_64 {
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
-                // Half loads: a full load would be split again, which costs more than two half loads.
-                let of = |lane: usize, half: usize| _mm_loadu_pd(first.add(row.offsets[lane] as usize + half));
-                let (a, b) = (_mm256_set_m128d(of(2, 0), of(0, 0)), _mm256_set_m128d(of(3, 0), of(1, 0)));
-                let (c, d) = (_mm256_set_m128d(of(2, 2), of(0, 2)), _mm256_set_m128d(of(3, 2), of(1, 2)));
+                let (a, b) = (half_rows_f64(first, &row.offsets, 0), half_rows_f64(first, &row.offsets, 1));
+                let (c, d) =
+                    (half_rows_f64(first.add(2), &row.offsets, 0), half_rows_f64(first.add(2), &row.offsets, 1));
                 [
                     F64x4::from_underlying_value(_mm256_unpacklo_pd(a, b)),
                     F64x4::from_underlying_value(_mm256_unpackhi_pd(a, b)),
@@ -292,9 +317,8 @@ mod x86_64 {
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
-                let of = |lane: usize| _mm_loadu_ps(first.add(row.offsets[lane] as usize));
-                let both = |lane: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(of(lane)), of(lane + 4));
-                let (a, b, c, d) = (both(0), both(1), both(2), both(3));
+                let (a, b) = (two_rows_f32(first, &row.offsets, 0), two_rows_f32(first, &row.offsets, 1));
+                let (c, d) = (two_rows_f32(first, &row.offsets, 2), two_rows_f32(first, &row.offsets, 3));
                 let low = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
                 let high = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
                 let low_on = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
@@ -306,6 +330,54 @@ mod x86_64 {
                     F32x8::from_underlying_value(_mm256_castpd_ps(_mm256_unpackhi_pd(high, high_on))),
                 ]
             }
+        }
+    }
+
+    // The loads are functions and not closures: only a function can be asked to be inlined here on stable Rust, and a
+    // call that is left passes vectors through memory.
+
+    /// Four numbers of lanes `lane` and `lane + 4`.
+    #[inline(always)]
+    unsafe fn two_rows_f64(first: *const f64, offsets: &RowOffsets<8>, lane: usize) -> __m512d {
+        // SAFETY: see above.
+        unsafe {
+            let low = _mm256_loadu_pd(first.add(offsets[lane] as usize));
+            let high = _mm256_loadu_pd(first.add(offsets[lane + 4] as usize));
+            _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high)
+        }
+    }
+
+    /// Two numbers of lanes `lane` and `lane + 2`. A full load would be split again, which costs more than two half
+    /// loads.
+    #[inline(always)]
+    unsafe fn half_rows_f64(first: *const f64, offsets: &RowOffsets<8>, lane: usize) -> __m256d {
+        // SAFETY: see above.
+        unsafe {
+            let low = _mm_loadu_pd(first.add(offsets[lane] as usize));
+            let high = _mm_loadu_pd(first.add(offsets[lane + 2] as usize));
+            _mm256_set_m128d(high, low)
+        }
+    }
+
+    /// Four numbers of lanes `lane`, `lane + 4`, `lane + 8` and `lane + 12`.
+    #[inline(always)]
+    unsafe fn four_rows_f32(first: *const f32, offsets: &RowOffsets<16>, lane: usize) -> __m512 {
+        // SAFETY: see above.
+        unsafe {
+            let low = two_rows_f32(first, offsets, lane);
+            let high = two_rows_f32(first, offsets, lane + 8);
+            _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high)
+        }
+    }
+
+    /// Four numbers of lanes `lane` and `lane + 4`.
+    #[inline(always)]
+    unsafe fn two_rows_f32(first: *const f32, offsets: &RowOffsets<16>, lane: usize) -> __m256 {
+        // SAFETY: see above.
+        unsafe {
+            let low = _mm_loadu_ps(first.add(offsets[lane] as usize));
+            let high = _mm_loadu_ps(first.add(offsets[lane + 4] as usize));
+            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), high)
         }
     }
 }
