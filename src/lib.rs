@@ -53,6 +53,7 @@
 //!
 //! - [`session`]: one case and its studies: the entry point
 //! - [`case`]: the description of a problem: case files, materials, validation
+//! - [`limits`]: how large a case, a file or a request may be
 //! - [`plan`]: the discretised problem: cells, time steps and flat arrays
 //! - [`adapt`]: the choice of cells and time steps for a tolerance
 //! - [`ensemble`]: members and their sampling
@@ -72,6 +73,7 @@ pub mod adapt;
 pub mod case;
 pub mod ensemble;
 pub mod fit;
+pub mod limits;
 pub mod march;
 #[cfg(not(feature = "internals"))]
 #[expect(unreachable_pub, reason = "public with the feature `internals`")]

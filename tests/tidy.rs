@@ -7,7 +7,8 @@ use std::fs;
 
 /// The modules that each module of the library may import. The binary uses the library's public interface.
 const IMPORTS: &[(&str, &[&str])] = &[
-    ("case", &[]),
+    ("limits", &[]),
+    ("case", &["limits"]),
     ("traces", &[]),
     ("random", &[]),
     ("fit", &["random"]),
@@ -15,11 +16,11 @@ const IMPORTS: &[(&str, &[&str])] = &[
     // A plan states errors of gauges, whose names are in `traces`.
     ("plan", &["case", "traces"]),
     ("physics", &["plan"]),
-    ("march", &["plan", "ensemble", "traces", "physics"]),
+    ("march", &["limits", "plan", "ensemble", "traces", "physics"]),
     ("study", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Records name the backend, the precision and the loss function.
     ("report", &["case", "traces", "study", "march", "fit"]),
-    ("session", &["case", "plan", "adapt", "ensemble", "traces", "march", "fit", "study", "report"]),
+    ("session", &["limits", "case", "plan", "adapt", "ensemble", "traces", "march", "fit", "study", "report"]),
     ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
     ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Part of the binary, not of the library.

@@ -12,6 +12,7 @@ use super::renamed_key::RenamedKeys;
 use super::resolution::Resolution;
 use super::validation::{FieldPath, UniqueNames};
 use super::{Case, EstimationSettings};
+use crate::limits::{FACTORS, SENSORS, TEMPERATURES};
 
 /// The content of a case, not yet validated: [`build`](Self::build) does that.
 ///
@@ -154,6 +155,7 @@ impl CaseBuilder {
         if has_depths {
             self.check_gas(case);
         }
+        case.child("factors").require(FACTORS.check(self.factors.len() as f64));
         for (at, factor) in case.child("factors").elements(&self.factors) {
             factor.check(&at);
         }
@@ -177,13 +179,32 @@ impl CaseBuilder {
                 at.require(checked_figure_number(number as f64));
             }
         }
-        self.resolution.check(&case.child("resolution"), self.layup.plies.len(), duration_s);
+        let resolution = case.child("resolution");
+        if self.resolution.check(&resolution, self.layup.plies.len(), duration_s) {
+            let instants = self.instants();
+            resolution.require(TEMPERATURES.check((self.sensors.len() * instants) as f64));
+            resolution.require(self.resolution.check_work(self.corners_s(), instants, duration_s));
+        }
+    }
+
+    /// At most as many instants: the output instants, and the times of the observations.
+    fn instants(&self) -> usize {
+        let mut observed_s: Vec<f64> = self.observations.iter().flat_map(|seen| seen.times_s.iter().copied()).collect();
+        observed_s.sort_by(f64::total_cmp);
+        observed_s.dedup();
+        (self.exposure.duration_s / self.resolution.output_interval_s) as usize + 2 + observed_s.len()
+    }
+
+    /// The times of all schedules, s.
+    fn corners_s(&self) -> Vec<f64> {
+        self.exposure.schedules().flat_map(|schedule| schedule.times_s.iter().copied()).collect()
     }
 
     fn check_sensors(&self, at: &FieldPath<'_>, layup: Option<&Layup>) {
         if self.sensors.is_empty() {
             at.error("no sensor: expected at least one");
         }
+        at.require(SENSORS.check(self.sensors.len() as f64));
         let mut names = UniqueNames::new("sensor");
         for (at, sensor) in at.elements(&self.sensors) {
             sensor.check(&at, layup);

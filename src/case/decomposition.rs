@@ -15,6 +15,7 @@ use super::provenance::Provenance;
 use super::table::Table;
 use super::unit::Dimension;
 use super::validation::{FieldPath, finite};
+use crate::limits::REACTIONS;
 
 /// Gas constant, J/mol/K (CODATA 2018).
 pub const GAS_CONSTANT_J_MOL_K: f64 = 8.314_462_618;
@@ -251,6 +252,7 @@ impl Decomposition {
         if self.reactions.is_empty() {
             reactions.error("no reaction: expected at least one");
         }
+        reactions.require(REACTIONS.check(self.reactions.len() as f64));
         for (at, reaction) in reactions.elements(&self.reactions) {
             reaction.check(&at, &self.heat);
         }

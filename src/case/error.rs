@@ -1,7 +1,8 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
 use super::renamed_key::RenamedKey;
-use std::cell::RefCell;
+use crate::limits::LISTED_ERRORS;
+use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::sync::Arc;
@@ -54,6 +55,7 @@ pub fn unreadable_file_message(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "no such file".to_owned(),
         ErrorKind::IsADirectory => "is a folder: expected a file".to_owned(),
+        ErrorKind::InvalidInput | ErrorKind::FileTooLarge => error.to_string(),
         _ => format!("cannot be read: {error}"),
     }
 }
@@ -62,8 +64,10 @@ pub fn unreadable_file_message(error: &io::Error) -> String {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub struct CaseError {
-    /// Sorted by file and line, or by field path.
+    /// Sorted by file and line, or by field path; the first [`LISTED_ERRORS`](crate::limits::LISTED_ERRORS) found.
     pub diagnostics: Vec<Diagnostic>,
+    /// Number of further errors.
+    pub omitted: usize,
 }
 
 impl fmt::Display for CaseError {
@@ -71,9 +75,10 @@ impl fmt::Display for CaseError {
         for fault in &self.diagnostics {
             writeln!(f, "{fault}")?;
         }
-        match self.diagnostics.len() {
-            1 => write!(f, "1 error"),
-            count => write!(f, "{count} errors"),
+        match (self.diagnostics.len(), self.omitted) {
+            (1, 0) => write!(f, "1 error"),
+            (count, 0) => write!(f, "{count} errors"),
+            (count, more) => write!(f, "{count} errors, and {more} more that are not listed"),
         }
     }
 }
@@ -89,12 +94,19 @@ pub(super) type ReadResult<T> = Result<T, ErrorReported>;
 #[derive(Debug, Default)]
 pub(super) struct Diagnostics {
     errors: RefCell<Vec<Diagnostic>>,
+    /// Number of further errors, which are not listed.
+    omitted: Cell<usize>,
     renamed_keys: RefCell<Vec<RenamedKey>>,
 }
 
 impl Diagnostics {
     pub(super) fn record(&self, place: &SourceLocation, message: impl Into<String>) -> ErrorReported {
-        self.errors.borrow_mut().push(Diagnostic { location: place.clone(), message: message.into() });
+        let mut errors = self.errors.borrow_mut();
+        if errors.len() as u64 >= LISTED_ERRORS.max {
+            self.omitted.set(self.omitted.get() + 1);
+        } else {
+            errors.push(Diagnostic { location: place.clone(), message: message.into() });
+        }
         ErrorReported(())
     }
 
@@ -122,7 +134,7 @@ impl Diagnostics {
         faults.dedup();
         match read {
             Ok(value) if faults.is_empty() => Ok(value),
-            _ => Err(CaseError { diagnostics: faults }),
+            _ => Err(CaseError { diagnostics: faults, omitted: self.omitted.get() }),
         }
     }
 }

@@ -93,6 +93,13 @@ impl Emissivity {
 }
 
 impl Face {
+    fn schedules(&self) -> Vec<&Schedule> {
+        match self {
+            Self::Held(temperature_k) => vec![temperature_k],
+            Self::Open(open) => vec![&open.flux_w_m2, &open.radiant_w_m2, &open.gas_k, &open.surroundings_k],
+        }
+    }
+
     fn check(&self, at: &FieldPath<'_>) {
         match self {
             Self::Held(temperature_k) => temperature_k.check(at, Dimension::Temperature),
@@ -173,6 +180,13 @@ impl Exposure {
         }
         self.hot_face.check(&at.child("hot_face"));
         self.back_face.check(&at.child("back_face"));
+    }
+
+    /// All schedules.
+    pub(super) fn schedules(&self) -> impl Iterator<Item = &Schedule> {
+        let faces = [&self.hot_face, &self.back_face].into_iter().flat_map(Face::schedules);
+        let holder = self.holder.as_ref().map(|holder| &holder.temperature_k);
+        faces.chain([&self.pressure_pa]).chain(&self.back_pressure_pa).chain(holder)
     }
 
     /// Lower bound of all temperatures without endothermic reactions, K: the lowest of the initial, gas, surroundings

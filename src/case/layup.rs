@@ -2,6 +2,7 @@
 
 use super::material::Material;
 use super::validation::{FieldPath, UniqueNames, not_negative, positive};
+use crate::limits::{PLIES, THICKNESS_RATIO};
 use std::sync::Arc;
 
 /// Depths closer than this are equal: thicknesses are not known to a micrometre.
@@ -114,13 +115,23 @@ impl Layup {
         Self { plies, contacts_w_m2_k, origin_m: depth_m }
     }
 
+    /// Whether a ply is thick enough for the layup: depths within a millionth of it are equal on the grid.
+    fn checked_ply_thickness_m(&self, ply: &Ply) -> Result<(), String> {
+        let thickness_m = self.back_m() - self.origin_m;
+        THICKNESS_RATIO
+            .check(thickness_m / ply.thickness_m)
+            .map_err(|message| format!("{message} with a ply of {} m in a layup of {thickness_m} m", ply.thickness_m))
+    }
+
     /// Record all errors of the fields. Returns whether the depths of the faces are known.
     pub(super) fn check(&self, at: &FieldPath<'_>) -> bool {
         let mut names = UniqueNames::new("ply");
         for (at, ply) in at.child("plies").elements(&self.plies) {
             ply.check(&at);
             at.child("name").require(names.insert(&ply.name));
+            at.child("thickness_m").require(self.checked_ply_thickness_m(ply));
         }
+        at.child("plies").require(PLIES.check(self.plies.len() as f64));
         let contacts = at.child("contacts_w_m2_k");
         contacts.require_each(&self.contacts_w_m2_k, |contact| {
             contact.map(|contact_w_m2_k| positive(contact_w_m2_k, contact_w_m2_k)).transpose()

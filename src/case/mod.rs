@@ -45,6 +45,7 @@ pub use material::Material;
 pub use observation::Observation;
 pub use provenance::{Provenance, SourceKind};
 pub use renamed_key::RenamedKey;
+pub(crate) use resolution::MAX_CORNERS;
 pub use resolution::Resolution;
 pub use table::{OutOfRange, Schedule, Table};
 

@@ -1,11 +1,12 @@
 //! Resolution of a case in space and time.
 
 use super::validation::{FieldPath, positive};
+use crate::limits::{CELL_STEPS, CELLS, OUTPUT_INTERVALS, STEPS};
 
-/// More cells do not resolve anything that the material properties support.
-const MAX_CELLS: f64 = 1024.0;
-/// Upper limit of output instants.
-const MAX_INSTANTS: f64 = 1e5;
+/// Most corners of schedules on which stated steps end one by one.
+pub(crate) const MAX_CORNERS: usize = 10_000;
+/// Corners that carry the shape of longer schedules: at least 0.3 % of the duration apart, in each of several schedules.
+const MAJOR_CORNERS: usize = 1000;
 /// The least number of cells per ply.
 const MIN_CELLS_PER_PLY: usize = 4;
 
@@ -32,10 +33,10 @@ impl Resolution {
     /// The number of cells of a layup of `plies` plies.
     pub(super) fn checked_cells(cells: f64, plies: usize) -> Result<usize, String> {
         let fewest = MIN_CELLS_PER_PLY * plies;
-        if cells.fract() == 0.0 && (fewest as f64..=MAX_CELLS).contains(&cells) {
+        if cells.fract() == 0.0 && (fewest as f64..=CELLS.max as f64).contains(&cells) {
             return Ok(cells as usize);
         }
-        Err(format!("expected a whole number of cells from {fewest} to {MAX_CELLS}, found {cells}"))
+        Err(format!("expected a whole number of cells from {fewest} to {}, found {cells}", CELLS.max))
     }
 
     /// The growth of time steps, above 0 and at most 1.
@@ -48,25 +49,70 @@ impl Resolution {
 
     /// The interval between output instants, s.
     pub(super) fn checked_output_interval_s(every_s: f64, duration_s: f64) -> Result<f64, String> {
-        let instants = duration_s / positive(every_s, format_args!("an interval of {every_s} s"))?;
-        if instants > MAX_INSTANTS {
-            return Err(format!(
-                "expected at most {MAX_INSTANTS} instants, found {instants} with an interval of {every_s} s"
-            ));
-        }
-        Ok(every_s)
+        let intervals = duration_s / positive(every_s, format_args!("an interval of {every_s} s"))?;
+        OUTPUT_INTERVALS
+            .check(intervals)
+            .map(|()| every_s)
+            .map_err(|message| format!("{message} with an interval of {every_s} s in {duration_s} s"))
     }
 
-    /// Record all errors of the fields, for a number of plies and a duration.
-    pub(super) fn check(&self, at: &FieldPath<'_>, plies: usize, duration_s: f64) {
-        if let Some(tolerance_k) = self.tolerance_k {
-            at.positive("tolerance_k", tolerance_k);
+    /// The first time step, s; it cannot be above the largest.
+    pub(super) fn checked_first_step_s(first_step_s: f64, largest_step_s: f64) -> Result<f64, String> {
+        if positive(first_step_s, format_args!("a first step of {first_step_s} s"))? <= largest_step_s {
+            return Ok(first_step_s);
         }
-        at.child("cells").require(Self::checked_cells(self.cells as f64, plies));
-        at.positive("first_step_s", self.first_step_s);
-        at.child("growth").require(Self::checked_growth(self.growth));
-        at.positive("largest_step_s", self.largest_step_s);
-        at.child("output_interval_s").require(Self::checked_output_interval_s(self.output_interval_s, duration_s));
+        Err(format!("expected a first step of at most {largest_step_s} s, the largest step, found {first_step_s} s"))
+    }
+
+    /// Refuse more time steps, or more cells times steps, than the limits. `corners_s` are the times of all schedules.
+    pub(super) fn check_work(&self, corners_s: Vec<f64>, instants: usize, duration_s: f64) -> Result<(), String> {
+        let steps = self.steps_between(corners_s, duration_s) + instants as f64;
+        let stated = format!(
+            " with a first step of {} s, a largest step of {} s, a growth of {} and a duration of {duration_s} s",
+            self.first_step_s, self.largest_step_s, self.growth
+        );
+        STEPS.check(steps).map_err(|message| message + &stated)?;
+        CELL_STEPS
+            .check(steps * self.cells as f64)
+            .map_err(|message| format!("{message}: {} cells{stated}", self.cells))
+    }
+
+    /// An upper bound of the number of steps that end on these corners.
+    fn steps_between(&self, mut corners_s: Vec<f64>, duration_s: f64) -> f64 {
+        if corners_s.len() > MAX_CORNERS {
+            let legs = MAJOR_CORNERS as f64;
+            return legs * self.steps_after_corner(duration_s / legs);
+        }
+        corners_s.retain(|corner_s| (0.0..duration_s).contains(corner_s));
+        corners_s.extend([0.0, duration_s]);
+        corners_s.sort_by(f64::total_cmp);
+        corners_s.windows(2).map(|leg_s| self.steps_after_corner(leg_s[1] - leg_s[0])).sum()
+    }
+
+    /// Steps from a corner of a schedule to the next, after `leg_s`: first steps of one length, then growing ones, then
+    /// the largest.
+    fn steps_after_corner(&self, leg_s: f64) -> f64 {
+        let (first_s, largest_s) = (self.first_step_s, self.largest_step_s);
+        let [grows_s, grown_s] = [first_s, largest_s].map(|step_s| leg_s.min(step_s / self.growth));
+        grows_s / first_s
+            + (grown_s / grows_s.max(f64::MIN_POSITIVE)).max(1.0).ln() / self.growth.ln_1p()
+            + (leg_s - grown_s) / largest_s
+            + 1.0
+    }
+
+    /// Record all errors of the fields, for a number of plies and a duration. Returns whether there is none.
+    pub(super) fn check(&self, at: &FieldPath<'_>, plies: usize, duration_s: f64) -> bool {
+        let every = Self::checked_output_interval_s(self.output_interval_s, duration_s);
+        let first_step = Self::checked_first_step_s(self.first_step_s, self.largest_step_s);
+        let valid = [
+            at.child("tolerance_k").require(self.tolerance_k.map_or(Ok(0.0), |k| positive(k, k))).is_some(),
+            at.child("cells").require(Self::checked_cells(self.cells as f64, plies)).is_some(),
+            at.child("largest_step_s").require(positive(self.largest_step_s, self.largest_step_s)).is_some(),
+            at.child("first_step_s").require(first_step).is_some(),
+            at.child("growth").require(Self::checked_growth(self.growth)).is_some(),
+            at.child("output_interval_s").require(every).is_some(),
+        ];
+        valid == [true; 6]
     }
 }
 

@@ -44,6 +44,7 @@ use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_prope
 use std::sync::Arc;
 use step_data::{lag_weights, records_at_steps};
 use tables::{Tables, state_count};
+pub(crate) use time_grid::instants_s;
 pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeStepControl};
 
 /// Estimated discretisation error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of

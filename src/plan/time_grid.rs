@@ -7,7 +7,7 @@
 use super::forcing::Forcing;
 use super::interpolation::RecordInterpolation;
 use super::time_tolerance::time_tolerance_s;
-use crate::case::{Case, Resolution};
+use crate::case::{Case, MAX_CORNERS, Resolution};
 
 /// End times of the steps, and the instants at which sensors are read.
 #[derive(Clone, Debug)]
@@ -135,9 +135,6 @@ impl StepGrowth {
 /// Most intervals in which the steps between two breakpoints are counted.
 const MAX_COUNTING_INTERVALS: f64 = 4096.0;
 
-/// Most corners on which specified steps end one by one.
-const MAX_CORNERS: usize = 10_000;
-
 impl TimeGrid {
     /// Interpolation of the instants between steps; `None` where steps end on them.
     #[cfg(feature = "internals")]
@@ -152,11 +149,7 @@ impl TimeGrid {
         let ends_on_all = ends_on_instants && forcing.corners_s.len() <= MAX_CORNERS;
         let corners_s = if ends_on_all { &forcing.corners_s } else { &forcing.major_corners_s };
         let corners_s = sort_and_deduplicate(corners_s.clone(), duration_s);
-        let mut instants_s: Vec<f64> =
-            (0..).map(|i| f64::from(i) * case.resolution.output_interval_s).take_while(|&t| t < duration_s).collect();
-        instants_s.extend(case.observations.iter().flat_map(|seen| seen.times_s.iter().copied()));
-        instants_s.push(duration_s);
-        let instants_s = sort_and_deduplicate(instants_s, duration_s);
+        let instants_s = instants_s(case);
 
         // At a jump of the pressure a record holds the gauges after the jump, so an earlier instant must not be
         // interpolated towards it: steps also end on the last instant before such a jump, and interpolation stays on
@@ -181,6 +174,16 @@ impl TimeGrid {
         let interpolation = (!ends_on_instants).then(|| RecordInterpolation::new(&times_s, &breaks_s, &instants_s));
         Self { times_s, instants_s, interpolation }
     }
+}
+
+/// Times at which the sensors are read, s: the output instants and the times of the observations.
+pub(crate) fn instants_s(case: &Case) -> Vec<f64> {
+    let duration_s = case.exposure.duration_s;
+    let mut instants_s: Vec<f64> =
+        (0..).map(|i| f64::from(i) * case.resolution.output_interval_s).take_while(|&t| t < duration_s).collect();
+    instants_s.extend(case.observations.iter().flat_map(|seen| seen.times_s.iter().copied()));
+    instants_s.push(duration_s);
+    sort_and_deduplicate(instants_s, duration_s)
 }
 
 /// Times within the march, sorted and without duplicates.

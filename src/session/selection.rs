@@ -1,8 +1,9 @@
 //! Observations and factors that a study uses in place of those that the case states.
 
 use super::error::{InputError, SessionError, index_of};
-use super::options::{FitOptions, ObservationSelection, Start};
+use super::options::{FitOptions, ObservationSelection, Start, check_limit};
 use crate::case::{Case, EstimationSettings};
+use crate::limits::STARTS;
 use std::cmp::Ordering;
 
 impl ObservationSelection {
@@ -41,11 +42,10 @@ impl ObservationSelection {
 impl FitOptions {
     /// The cases with these factors, starts, loss and prior in place of their own.
     pub(super) fn apply(&self, cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
-        const MOST_STARTS: usize = 10_000;
-        if !(1..=MOST_STARTS).contains(&self.starts) {
-            let message = format!(" {}: expected from 1 to {MOST_STARTS}", self.starts);
-            return Err(InputError::for_option("starts", message).into());
+        if self.starts == 0 {
+            return Err(InputError::for_option("starts", " 0: expected at least 1").into());
         }
+        check_limit(&STARTS, self.starts as f64, "starts")?;
         let mut estimates = estimates(&cases);
         if !self.factors.is_empty() {
             let names = |case: &Case| case.factors.iter().map(|factor| factor.name.clone()).collect();

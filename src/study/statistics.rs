@@ -75,6 +75,12 @@ pub struct Accumulator {
     gram: Vec<Vec<i128>>,
 }
 
+/// Bytes of the statistics of a sweep at most: of every temperature, and of peak, its time and the largest deviation of
+/// every sensor.
+pub fn bytes(sensors: usize, instants: usize, factors: usize) -> f64 {
+    (sensors * (instants + 3)) as f64 * output::max_bytes(factors, basis::FUNCTIONS_MAX)
+}
+
 impl Accumulator {
     /// An empty accumulator. Deviations are relative to the references, one per output, and to the nominal values of
     /// the factors; members are drawn from the marginals, one per factor.

@@ -136,7 +136,7 @@ fn invalid_arguments_are_reported_with_the_expected_value() {
         ("estimate c --loss cauchy", "--loss \"cauchy\": expected squares, soft-l1 or huber"),
         ("estimate c --loss huber=0", "--loss \"huber=0\": expected a width in standard deviations above zero"),
         ("estimate c --prior wide", "invalid value 'wide'"),
-        ("estimate c --starts 0", "--starts 0: expected from 1 to 10000"),
+        ("estimate c --starts 0", "--starts 0: expected at least 1"),
         ("estimate c --profile f_q", "no profile of \"f_q\": it is not estimated; the estimated factors are f_k"),
         ("estimate c c", "c: there is already a case \"c\""),
         ("estimate c missing.toml", "missing.toml: no such file"),

@@ -7,6 +7,7 @@ use crate::case::unit::Dimension;
 use crate::case::{
     Conductivity, Decomposition, MixtureRule, Pores, PyrolysisHeat, Reaction, ReactionScheme, Residue, Table,
 };
+use crate::limits::REACTIONS;
 
 /// Relative tolerance of a stated density of a residue, for numbers rounded to three digits.
 const DENSITY_TOLERANCE: f64 = 5e-3;
@@ -70,6 +71,7 @@ fn reactions(
     if sections.is_empty() {
         return Err(section.error("no reaction: expected at least one [[decomposition.reaction]]"));
     }
+    section.require(REACTIONS.check(sections.len() as f64))?;
     let reactions = collect_all(sections.iter().map(|section| reaction(section, scheme, absolute, density_kg_m3)))?;
     section.require(Decomposition::check_char_remains(&reactions)).map(|()| reactions)
 }

@@ -6,10 +6,12 @@ use crate::case::error::ReadResult;
 use crate::case::factor_targets::{FactorTargets, GROUP_EXPECTED, GROUP_NOT_ALLOWED, STATE_NOT_ALLOWED};
 use crate::case::suggestion::suggestion;
 use crate::case::{Correlation, Factor, Property};
+use crate::limits::FACTORS;
 
 /// The factors in the order of the file. Without a valid layup and valid faces (`scope`) only the keys are read.
 pub(super) fn factors(case: &TableReader<'_>, scope: Option<FactorTargets<'_>>) -> ReadResult<Vec<Factor>> {
     let sections = case.array_of_tables("factor")?;
+    case.require(FACTORS.check(sections.len() as f64))?;
     let names = check_unique_names(&sections, "factor");
     let factors = collect_all(sections.iter().map(|section| factor(section, scope)));
     let (factors, _) = (factors?, names?);

@@ -1,14 +1,11 @@
 //! The files that a case names, on disk or in memory.
 
 use crate::case::input_files::InputFiles;
+use crate::limits::{TABLE_FILE_MIB, read_file};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, ErrorKind, Read as _};
-use std::path::{Path, PathBuf};
-
-/// Largest file: twice the size of two million rows of a time and three values.
-pub(super) const MAX_FILE_BYTES: u64 = 64 << 20;
+use std::io::{self, ErrorKind};
+use std::path::PathBuf;
 
 /// A source of the files that a case names, by paths relative to the case file: `flux.csv`, `materials/felt.toml`.
 ///
@@ -68,11 +65,12 @@ impl Folder {
 
 impl FileSource for Folder {
     fn read(&self, path: &str) -> io::Result<Vec<u8>> {
-        read_bytes(&self.0.join(path))
+        // A table is the largest kind of file; the reader of a smaller kind has its own limit.
+        read_file(&self.0.join(path), &TABLE_FILE_MIB)
     }
 
     fn contains(&self, path: &str) -> bool {
-        self.0.join(path).is_file()
+        self.0.join(path).exists()
     }
 
     fn label(&self, path: &str) -> String {
@@ -122,11 +120,4 @@ impl FileSource for RecordedFiles<'_> {
     fn label(&self, path: &str) -> String {
         self.files.label(path)
     }
-}
-
-/// The bytes of a file, at most [`MAX_FILE_BYTES`] + 1: the caller rejects a longer one.
-pub(super) fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }

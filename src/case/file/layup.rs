@@ -8,6 +8,7 @@ use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::validation::UniqueNames;
 use crate::case::{Layup, Ply, Sensor, Side};
+use crate::limits::{PLIES, SENSORS};
 
 /// A ply and its key `contact_below`.
 struct PlyEntry {
@@ -24,6 +25,7 @@ pub(super) fn layup(case: &TableReader<'_>, references: &ReferenceResolver<'_>) 
     if sections.is_empty() {
         return Err(case.error("no ply: expected at least one [[ply]]"));
     }
+    case.require(PLIES.check(sections.len() as f64))?;
     let names = check_unique_names(&sections, "ply");
     let layers = collect_all(sections.iter().map(|section| ply_entry(section, references, reacts)));
     let (everywhere, layers, _) = (everywhere?, layers?, names?);
@@ -94,6 +96,7 @@ pub(super) fn sensors(case: &TableReader<'_>, layup: Option<&Layup>) -> ReadResu
     if sections.is_empty() {
         return Err(case.error("no sensor: expected at least one [[sensor]]"));
     }
+    case.require(SENSORS.check(sections.len() as f64))?;
     let names = check_unique_names(&sections, "sensor");
     let sensors = collect_all(sections.iter().map(|section| sensor(section, layup)));
     names.and(sensors)

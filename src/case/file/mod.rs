@@ -33,6 +33,7 @@ use super::input_files::InputFiles;
 use super::renamed_key::{RenamedKey, RenamedKeys};
 use super::unit::Dimension;
 use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
+use crate::limits::{TEXT_FILE_MIB, read_file};
 use exposure::{BackFace, HotFace};
 use files::RecordedFiles;
 use references::{ReferenceResolver, built_in_gas_named, built_in_material_named};
@@ -167,7 +168,7 @@ impl Gas {
 }
 
 fn document(file: &Path, kind: FileKind, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
-    text_file::parse_toml_file(files::read_bytes(file), &file.display().to_string(), kind, diagnostics)
+    text_file::parse_toml_file(read_file(file, &TEXT_FILE_MIB), &file.display().to_string(), kind, diagnostics)
 }
 
 /// The case file of a path, which may be a folder.
@@ -176,7 +177,7 @@ fn case_file_path(path: &Path, diagnostics: &Diagnostics) -> ReadResult<PathBuf>
         return Ok(path.to_owned());
     }
     let file = path.join("case.toml");
-    if file.is_file() {
+    if file.exists() {
         return Ok(file);
     }
     Err(diagnostics
@@ -342,8 +343,11 @@ fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) 
     let growth = section
         .optional("step_growth")
         .map_or(Ok(standard.growth), |written| written.require(Resolution::checked_growth(written.number()?)));
-    let first_step_s = section.positive_or("first_step", Dimension::Time, standard.first_step_s);
     let largest_step_s = section.positive_or("max_step", Dimension::Time, standard.largest_step_s);
+    let first_step_s = section.optional("first_step").map_or(Ok(standard.first_step_s), |written| {
+        let first_step_s = written.positive(Dimension::Time)?;
+        written.require(Resolution::checked_first_step_s(first_step_s, largest_step_s.unwrap_or(f64::INFINITY)))
+    });
     let interval = section.optional("output_interval");
     let output_interval_s = interval.map_or(Ok(standard.output_interval_s), |written| {
         let interval_s = written.positive(Dimension::Time)?;

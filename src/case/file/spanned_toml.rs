@@ -4,6 +4,7 @@ use crate::case::error::{Diagnostics, ErrorReported, ReadResult, SourceLocation}
 use crate::case::suggestion::suggestion;
 use crate::case::unit::{Dimension, parse_quantity};
 use crate::case::validation;
+use crate::limits::{KEYS, LIST_ITEMS};
 use std::cell::RefCell;
 use std::sync::Arc;
 use toml::Spanned;
@@ -47,7 +48,24 @@ impl SpannedValue {
         }
         match faulty {
             Some(faulty) => Err(faulty),
-            None => Ok(Self { location: SourceLocation::without_line(file), value: source.table(table.get_ref()) }),
+            None => {
+                let root = Self { location: SourceLocation::without_line(file), value: source.table(table.get_ref()) };
+                root.check_sizes(diagnostics).map(|()| root)
+            }
+        }
+    }
+
+    /// Refuse a table or a list that is too long, whose parts are not read then.
+    fn check_sizes(&self, diagnostics: &Diagnostics) -> ReadResult<()> {
+        let (limit, count) = match &self.value {
+            Value::Table(entries) => (&KEYS, entries.len()),
+            Value::List(nodes) => (&LIST_ITEMS, nodes.len()),
+            _ => return Ok(()),
+        };
+        self.reader(diagnostics).require(limit.check(count as f64))?;
+        match &self.value {
+            Value::Table(entries) => entries.iter().try_for_each(|entry| entry.node.check_sizes(diagnostics)),
+            _ => self.items().iter().try_for_each(|node| node.check_sizes(diagnostics)),
         }
     }
 

@@ -10,6 +10,7 @@ use crate::case::error::{Diagnostics, ErrorReported, ReadResult, SourceLocation}
 use crate::case::suggestion::suggestion;
 use crate::case::table::is_increasing;
 use crate::case::unit::{Dimension, unit_conversion};
+use crate::limits::{COLUMNS, TABLE_FILE_MIB};
 use dialect::Dialect;
 use std::io;
 use std::sync::Arc;
@@ -64,7 +65,7 @@ impl TableFile {
     /// No such file; no heading; a duplicate or missing column heading; no rows; a row with too few or too many values;
     /// an unclosed quote.
     pub(super) fn read(bytes: io::Result<Vec<u8>>, label: &str, diagnostics: &Diagnostics) -> ReadResult<Self> {
-        let mut text = text_file::decode_text_file(bytes, label, diagnostics)?;
+        let mut text = text_file::decode_text_file(bytes, label, &TABLE_FILE_MIB, diagnostics)?;
         let file: Arc<str> = label.into();
         if text.contains('\r') {
             text = text.replace("\r\n", "\n").replace('\r', "\n");
@@ -134,6 +135,10 @@ impl TableFile {
         record: &csv::StringRecord,
         diagnostics: &Diagnostics,
     ) -> ReadResult<Vec<Column>> {
+        COLUMNS.check(record.len() as f64).map_err(|message| {
+            let line_column = Some(self.dialect.line_column(text, start, 0));
+            diagnostics.record(&SourceLocation { file: self.file.clone(), line_column }, message)
+        })?;
         let mut columns: Vec<Column> = Vec::new();
         let trailing = (0..record.len()).rev().take_while(|&index| record[index].trim().is_empty()).count();
         for (index, heading) in record.iter().take(record.len() - trailing).enumerate() {

@@ -1,9 +1,9 @@
 //! Decoding of text files.
 
-use super::files::MAX_FILE_BYTES;
 use super::renamed_keys::{FileKind, replace_old_names};
 use super::spanned_toml::SpannedValue;
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation, unreadable_file_message};
+use crate::limits::{Limit, TEXT_FILE_MIB};
 use std::io;
 
 /// Parse a TOML file; `label` is its name in messages.
@@ -13,7 +13,7 @@ pub(super) fn parse_toml_file(
     kind: FileKind,
     diagnostics: &Diagnostics,
 ) -> ReadResult<SpannedValue> {
-    parse_toml(&decode_text_file(bytes, label, diagnostics)?, label, kind, diagnostics)
+    parse_toml(&decode_text_file(bytes, label, &TEXT_FILE_MIB, diagnostics)?, label, kind, diagnostics)
 }
 
 /// Parse the text of a TOML file, with new names for old ones.
@@ -28,17 +28,16 @@ pub(super) fn parse_toml(
     Ok(root)
 }
 
-/// The text of a file in UTF-8, or in UTF-16 with a byte-order mark; the mark is removed.
+/// The text of a file in UTF-8, or in UTF-16 with a byte-order mark; the mark is removed. `limit` is in MiB.
 pub(super) fn decode_text_file(
     bytes: io::Result<Vec<u8>>,
     label: &str,
+    limit: &Limit,
     diagnostics: &Diagnostics,
 ) -> ReadResult<String> {
     let place = SourceLocation::without_line(label);
     let bytes = bytes.map_err(|error| diagnostics.record(&place, unreadable_file_message(&error)))?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(diagnostics.record(&place, format!("too large: more than {} MiB", MAX_FILE_BYTES >> 20)));
-    }
+    limit.check(bytes.len().div_ceil(1 << 20) as f64).map_err(|message| diagnostics.record(&place, message))?;
     let text =
         decode_bytes(bytes).map_err(|message| diagnostics.record(&place, format!("not a text file: {message}")))?;
     // A zero byte is valid UTF-8, but a text file has none.

@@ -4,6 +4,7 @@
 //! belongs to another driver or cannot be written is no error: kernels are compiled again. lavapipe stores nothing
 //! here, as Mesa has a cache of its own.
 
+use crate::limits::{CACHE_FILE_MIB, read_file};
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 use std::{env, fs, process};
@@ -29,7 +30,7 @@ impl DriverCache {
             return None;
         }
         let file = folder.join(wgpu::util::pipeline_cache_key(info)?);
-        let stored = fs::read(&file).unwrap_or_default();
+        let stored = read_file(&file, &CACHE_FILE_MIB).unwrap_or_default();
         let descriptor =
             wgpu::PipelineCacheDescriptor { label: Some("bondline"), data: without_checksum(&stored), fallback: true };
         // SAFETY: the data must come from wgpu. The file is written only by `save`, atomically, in a folder of the
@@ -47,7 +48,7 @@ impl DriverCache {
     /// Errors are ignored.
     pub(super) fn save(&self) {
         let Some(stored) = self.compiled.get_data().map(|data| with_checksum(&data)) else { return };
-        if fs::read(&self.file).is_ok_and(|before| before == stored) {
+        if read_file(&self.file, &CACHE_FILE_MIB).is_ok_and(|before| before == stored) {
             return;
         }
         let temporary = self.file.with_extension(process::id().to_string());

@@ -1,8 +1,9 @@
 //! Options of an estimate.
 
-use super::{ObservationSelection, with_selection};
+use super::{ObservationSelection, check_limit, with_selection};
 use crate::case::{Bounds, Case, LossFunction};
 use crate::fit::DampingStrategy;
+use crate::limits::POSITIONS;
 use crate::march::Precision;
 use crate::session::error::{InputError, SessionError};
 use crate::study::estimate::SearchOptions;
@@ -118,20 +119,11 @@ impl EstimateOptions {
 }
 
 pub(super) fn check_posterior(posterior: Option<&Walkers>) -> Result<(), SessionError> {
-    // All positions of all walkers are stored: 0.8 GB per factor.
-    const MAX_POSITIONS: usize = 100_000_000;
     const MIN_ITERATIONS: usize = 10;
     let Some(&Walkers { number, iterations, .. }) = posterior else { return Ok(()) };
     if iterations < MIN_ITERATIONS {
         let message = format!(" {iterations}: expected at least {MIN_ITERATIONS}");
         return Err(InputError::for_option("iterations", message).into());
     }
-    if number.checked_mul(iterations).is_none_or(|positions| positions > MAX_POSITIONS) {
-        let message = format!(
-            " {number} with {iterations} iterations each: expected at most {MAX_POSITIONS} positions in all (walkers \
-             times iterations)"
-        );
-        return Err(InputError::for_option("walkers", message).into());
-    }
-    Ok(())
+    check_limit(&POSITIONS, number as f64 * iterations as f64, "walkers")
 }

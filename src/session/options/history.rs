@@ -1,7 +1,8 @@
 //! Options of inverse heat conduction.
 
-use super::{ObservationSelection, with_selection};
+use super::{ObservationSelection, check_limit, with_selection};
 use crate::case::Case;
+use crate::limits::KNOTS;
 use crate::session::error::{InputError, SessionError};
 use crate::study::flux_inversion::{HeatingQuantity, InversionOptions, Smoothing};
 
@@ -39,6 +40,7 @@ impl HistoryOptions {
             let message = ": a history estimates no factor, and its only bound is zero";
             return Err(InputError::for_option("bounds", message).into());
         }
+        check_limit(&KNOTS, self.knots as f64, "knots")?;
         if let Smoothing::Stated(weight) = self.smoothing
             && !(weight.is_finite() && weight >= 0.0)
         {

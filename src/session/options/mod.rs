@@ -18,6 +18,7 @@ pub use uncertainty::UncertaintyOptions;
 
 use super::error::{InputError, SessionError};
 use crate::case::{Bounds, Case};
+use crate::limits::{Limit, THREADS};
 use crate::march::Precision;
 use crate::march::backend_selection::{BackendKind, BackendOptions};
 use crate::march::monitor::{CancelToken, Monitor, Progress, ProgressCallback};
@@ -138,7 +139,7 @@ impl Options {
         if self.threads == Some(0) {
             return Err(InputError::for_option("threads", " 0: expected at least 1").into());
         }
-        Ok(())
+        check_limit(&THREADS, self.threads.unwrap_or(1) as f64, "threads")
     }
 
     pub(super) fn monitor(&self) -> Monitor {
@@ -148,6 +149,11 @@ impl Options {
     pub(super) fn choice(&self) -> BackendOptions {
         BackendOptions { kind: self.backend, precision: self.precision, device: self.device.clone() }
     }
+}
+
+/// Refuse a number of an option above its limit.
+pub(super) fn check_limit(limit: &Limit, found: f64, option: &'static str) -> Result<(), SessionError> {
+    limit.check(found).map_err(|message| InputError::for_option(option, format!(": {message}")).into())
 }
 
 /// The observations to use. What is empty or `None` is taken from the case.

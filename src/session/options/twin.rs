@@ -1,7 +1,8 @@
 //! Options of synthetic data and of coverage studies.
 
-use super::{FitOptions, ObservationSelection, is_positive, with_selection};
+use super::{FitOptions, ObservationSelection, check_limit, is_positive, with_selection};
 use crate::case::Case;
+use crate::limits::DATA_SETS;
 use crate::session::error::{InputError, SessionError, index_of};
 use crate::study::twin::Noise;
 
@@ -97,6 +98,7 @@ impl TwinStudyOptions {
             let message = format!(" {}: expected at least 2 data sets", self.data_sets);
             return Err(InputError::for_option("data_sets", message).into());
         }
+        check_limit(&DATA_SETS, self.data_sets as f64, "data_sets")?;
         if !self.fit.profiles.is_empty() {
             let message = ": a coverage study counts the linear intervals of the estimates, not profiles";
             return Err(InputError::for_option("profiles", message).into());

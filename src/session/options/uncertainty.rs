@@ -1,8 +1,12 @@
 //! Options of a Monte Carlo sweep.
 
+use super::check_limit;
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Sampling, SamplingKind};
+use crate::limits::{MEMBERS, STATISTICS_MIB};
+use crate::plan::instants_s;
 use crate::session::error::{InputError, SessionError};
+use crate::study::statistics;
 #[cfg(feature = "serde")]
 use crate::study::sweep_piece::SamplingRecord;
 use crate::study::uncertainty::Sweep;
@@ -52,6 +56,12 @@ impl UncertaintyOptions {
             let message = format!(" {}: expected at least 2 members for a standard deviation", self.members);
             return Err(InputError::for_option("members", message).into());
         }
-        Ok(())
+        check_limit(&MEMBERS, self.members as f64, "members")?;
+        let (sensors, instants, factors) = (case.sensors.len(), instants_s(case).len(), case.factors.len());
+        let mebibytes = statistics::bytes(sensors, instants, factors) / f64::from(1 << 20);
+        STATISTICS_MIB.check(mebibytes).map_err(|message| {
+            let kept = format!("of {sensors} sensors at {instants} instants, with {factors} factors");
+            InputError::general(format!("{message} {kept}: leave out sensors or lengthen `resolution.every`")).into()
+        })
     }
 }

@@ -13,7 +13,7 @@ use crate::ensemble::Marginal;
 use rayon::prelude::*;
 
 /// Largest number of functions; it bounds the memory of their products with each other and with the outputs.
-const FUNCTIONS_MAX: usize = 512;
+pub(super) const FUNCTIONS_MAX: usize = 512;
 /// Highest degree of one factor: ten resolve two periods of a sine, or a kink to a 600th of its variance.
 const DEGREE_MAX: usize = 10;
 /// Quanta per unit of a function. A rounded function is as valid a basis function as the exact one.

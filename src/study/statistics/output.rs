@@ -23,6 +23,12 @@ pub(super) struct OutputSums {
     pub(super) moments: Vec<i128>,
 }
 
+/// Bytes of the sums of one output at most.
+pub(super) fn max_bytes(factors: usize, functions: usize) -> f64 {
+    let counts = BINS as usize + RANK_BINS as usize * (1 + factors);
+    (size_of::<OutputSums>() + size_of::<u64>() * counts + size_of::<i128>() * (factors + functions)) as f64
+}
+
 /// Deviations and grades of the factors of some members.
 pub(super) struct FactorDeviations {
     /// Deviations in quanta, factor × member.

@@ -1,0 +1,178 @@
+//! Limits of input, in one table: what exceeds one is refused with the number found and the limit.
+//!
+//! They are far above the needs of a thermal analysis, and keep the memory of a run below 2 GiB. A request beyond them
+//! is a mistake, such as a wrong unit, or a damaged file.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, ErrorKind, Read as _};
+use std::path::Path;
+
+/// A limit of input.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Limit {
+    /// The quantity that is limited, as a plural: `time steps of a march`.
+    pub quantity: &'static str,
+    /// The largest number that is accepted.
+    pub max: u64,
+}
+
+/// All limits, in the order of the documentation.
+pub const LIMITS: [&Limit; 25] = [
+    &TEXT_FILE_MIB,
+    &TABLE_FILE_MIB,
+    &PIECE_FILE_MIB,
+    &CACHE_FILE_MIB,
+    &KEYS,
+    &LIST_ITEMS,
+    &COLUMNS,
+    &LISTED_ERRORS,
+    &PLIES,
+    &SENSORS,
+    &FACTORS,
+    &REACTIONS,
+    &THICKNESS_RATIO,
+    &CELLS,
+    &OUTPUT_INTERVALS,
+    &TEMPERATURES,
+    &STEPS,
+    &CELL_STEPS,
+    &MEMBERS,
+    &STATISTICS_MIB,
+    &DATA_SETS,
+    &STARTS,
+    &KNOTS,
+    &POSITIONS,
+    &THREADS,
+];
+
+/// Case, material and gas files: a schedule of 100,000 rows inside a case file needs 3 MiB.
+pub const TEXT_FILE_MIB: Limit = Limit { quantity: "MiB of a case, material or gas file", max: 4 };
+/// Table files: twice the size of two million rows of a time and three values.
+pub const TABLE_FILE_MIB: Limit = Limit { quantity: "MiB of a table file", max: 64 };
+/// Files of `uncertainty --members`: the largest statistics, as text.
+pub const PIECE_FILE_MIB: Limit = Limit { quantity: "MiB of a file to merge", max: 256 };
+/// Compiled kernels of one device.
+pub const CACHE_FILE_MIB: Limit = Limit { quantity: "MiB of a pipeline cache", max: 64 };
+/// Keys are chosen by name.
+pub const KEYS: Limit = Limit { quantity: "keys of one table of a case, material or gas file", max: 1000 };
+/// Rows of a schedule; longer ones belong in a table file.
+pub const LIST_ITEMS: Limit = Limit { quantity: "items of one list of a case, material or gas file", max: 100_000 };
+/// Thermocouples of a test, several times over.
+pub const COLUMNS: Limit = Limit { quantity: "columns of a table file", max: 1000 };
+/// Further errors are counted.
+pub const LISTED_ERRORS: Limit = Limit { quantity: "errors listed", max: 1000 };
+/// With four cells each they fill the grid.
+pub const PLIES: Limit = Limit { quantity: "plies", max: 256 };
+/// Each sensor is a face between cells.
+pub const SENSORS: Limit = Limit { quantity: "sensors", max: 128 };
+/// A statistic has at most 512 polynomials of the factors: of more than 31 factors, no pairs.
+pub const FACTORS: Limit = Limit { quantity: "factors", max: 128 };
+/// Each reaction is a loop iteration of every cell.
+pub const REACTIONS: Limit = Limit { quantity: "reactions of a material", max: 64 };
+/// Depths within a millionth of the layup are equal on the grid.
+pub const THICKNESS_RATIO: Limit = Limit { quantity: "times the thickness of a ply for the layup", max: 1_000_000 };
+/// More cells do not resolve anything that the material properties support.
+pub const CELLS: Limit = Limit { quantity: "cells", max: 1024 };
+/// `duration` over `resolution.every`.
+pub const OUTPUT_INTERVALS: Limit = Limit { quantity: "output intervals of a case", max: 100_000 };
+/// Instants are output instants and the times of observations: 8 MB per member.
+pub const TEMPERATURES: Limit = Limit { quantity: "temperatures of a member (sensors times instants)", max: 1_000_000 };
+/// 400 MB of schedules, with those of the coarse plan.
+pub const STEPS: Limit = Limit { quantity: "time steps of a march", max: 1_000_000 };
+/// A few seconds of one member.
+pub const CELL_STEPS: Limit = Limit { quantity: "cells times time steps of a march", max: 200_000_000 };
+/// Sums of squares stay in range.
+pub const MEMBERS: Limit = Limit { quantity: "members of a sweep", max: 1 << 26 };
+/// About 25 kB for each temperature and seven factors.
+pub const STATISTICS_MIB: Limit = Limit { quantity: "MiB of statistics of a sweep", max: 512 };
+/// All data sets are fitted together.
+pub const DATA_SETS: Limit = Limit { quantity: "data sets of a coverage study", max: 10_000 };
+/// All minimisations run together.
+pub const STARTS: Limit = Limit { quantity: "minimisations of an estimate", max: 10_000 };
+/// The equations of an inversion are a dense matrix.
+pub const KNOTS: Limit = Limit { quantity: "knots of a heating history", max: 1000 };
+/// All positions are stored: 80 MB per factor.
+pub const POSITIONS: Limit = Limit { quantity: "positions of a posterior (chains times iterations)", max: 10_000_000 };
+/// More threads than any machine has cores.
+pub const THREADS: Limit = Limit { quantity: "threads", max: 1024 };
+
+impl Limit {
+    /// Accept a number up to the limit.
+    ///
+    /// # Errors
+    /// The message, with the limit and the number found.
+    pub fn check(&self, found: f64) -> Result<(), String> {
+        if found <= self.max as f64 {
+            return Ok(());
+        }
+        Err(format!("expected at most {self}, found {}", shown(found)))
+    }
+
+    /// The bytes of a limit in MiB.
+    pub(crate) const fn bytes(&self) -> u64 {
+        self.max << 20
+    }
+}
+
+impl fmt::Display for Limit {
+    /// `1,000,000 time steps of a march`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", grouped(self.max), self.quantity)
+    }
+}
+
+/// A whole number as an analyst reads it: `1,000,000`, or `2.0e11` for a large one.
+fn shown(number: f64) -> String {
+    const LARGEST_IN_FULL: f64 = 1e10;
+    if number < LARGEST_IN_FULL { grouped(number.ceil() as u64) } else { format!("{number:.1e}") }
+}
+
+/// Digits in groups of three.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// The bytes of a regular file up to a limit in MiB. A pipe or a device is refused, as its end is not known.
+pub(crate) fn read_file(path: &Path, limit: &Limit) -> io::Result<Vec<u8>> {
+    let found = path.metadata()?;
+    if found.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    if !found.is_file() {
+        return Err(io::Error::new(ErrorKind::InvalidInput, "expected a regular file, found a pipe, socket or device"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(limit.bytes() + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit.bytes() {
+        return Err(io::Error::new(ErrorKind::FileTooLarge, format!("expected at most {limit}")));
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_itself_is_accepted_and_the_message_names_both_numbers() {
+        assert_eq!(STEPS.check(1e6), Ok(()));
+        let refusal = |found| STEPS.check(found).expect_err("above the limit");
+        assert_eq!(refusal(1_000_000.5), "expected at most 1,000,000 time steps of a march, found 1,000,001");
+        assert_eq!(refusal(2e11), "expected at most 1,000,000 time steps of a march, found 2.0e11");
+        assert!(STEPS.check(f64::NAN).is_err() && STEPS.check(f64::INFINITY).is_err());
+    }
+
+    #[test]
+    fn digits_are_grouped_from_the_right() {
+        assert_eq!([0, 12, 123, 1234, 12_345_678].map(grouped), ["0", "12", "123", "1,234", "12,345,678"]);
+    }
+}
