@@ -104,6 +104,12 @@ pub enum MarchError {
         /// Message of the driver.
         message: String,
     },
+    /// The device has too little free memory, also for one member.
+    #[error("device {device:?} is out of memory: close other programs that use it, or use --backend cpu")]
+    OutOfMemory {
+        /// Name of the device.
+        device: String,
+    },
     /// The march was cancelled.
     #[error("cancelled")]
     Cancelled,

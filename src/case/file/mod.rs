@@ -63,7 +63,7 @@ impl Case {
         let diagnostics = Diagnostics::default();
         let mut read = InputFiles::default();
         let case = case_file_path(path, &diagnostics).and_then(|file| {
-            let (label, bytes) = (file.display().to_string(), files::read_bytes(&file));
+            let (label, bytes) = (file.display().to_string(), read_file(&file, &TEXT_FILE_MIB));
             bytes.iter().for_each(|bytes| read.add(label.clone(), bytes));
             let mut root = text_file::parse_toml_file(bytes, &label, FileKind::Case, &diagnostics)?;
             let mut paths = Vec::new();

@@ -83,7 +83,8 @@ impl Batch {
     /// Upload, submit every dispatch and the copies of the results.
     ///
     /// # Errors
-    /// When the rows of the plan do not fit together, or a buffer of the plan exceeds a limit of the device.
+    /// When the rows of the plan do not fit together, a buffer exceeds a limit or the free memory of the device, or the
+    /// driver reports an error.
     pub(super) fn begin<W: DeviceScalar>(
         device: &Device,
         pipeline: &mut Pipeline,
@@ -102,6 +103,7 @@ impl Batch {
         let changes = pipeline.is_differentiated.then(|| {
             (device.upload("factor tangents", &seeds::<W>(plan, &carried)), OutputBuffers::new(device, plan, bytes))
         });
+        device.check()?;
         let value_buffers = [(0, &run), (10, &factors), (11, &values.state), (12, &values.traces), (13, &progress)];
         let tangent_buffers = changes
             .iter()
@@ -117,12 +119,13 @@ impl Batch {
         entries.push((7, wgpu::BindingResource::TextureView(&rows.texels)));
         let group = device.bind(&pipeline.compute, entries);
         submit_dispatches(device, plan, pipeline, &group, &run, count as u32)?;
-        Ok(Self {
+        let begun = Self {
             invocations: carried,
             progress: device.read_back(&progress, 0, (2 * size_of::<u32>() * count) as u64),
             values: values.read_back(device, plan, bytes),
             tangents: changes.map(|(_, buffers)| buffers.read_back(device, plan, bytes)),
-        })
+        };
+        device.check().map(|()| begun)
     }
 
     /// Wait for the traces of the members, and their derivatives if the kernel is differentiated.

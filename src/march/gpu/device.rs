@@ -7,7 +7,7 @@ use crate::march::MarchError;
 use crate::plan::layout::COLUMNS_PER_LOAD;
 use bytemuck::Pod;
 use std::path::Path;
-use std::sync::mpsc;
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
 /// Remedy where no driver is found.
 const REMEDY: &str = "install a Vulkan driver: a vendor's for its hardware, or the software rasteriser \
@@ -120,6 +120,8 @@ pub struct Device {
     pub has_f64: bool,
     checks: bool,
     cache: Option<DriverCache>,
+    /// The first error since the last check.
+    fault: Arc<Mutex<Option<MarchError>>>,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
 }
@@ -160,7 +162,41 @@ impl Device {
         let cache = compiled.and_then(|folder| DriverCache::open(&device, &adapter.inner.get_info(), folder));
         let is_software = adapter.is_software();
         let Adapter { name, driver, limits, has_f64, .. } = adapter;
-        Ok(Self { name, driver, is_software, limits, has_f64, checks, cache, device, queue })
+        let fault = Arc::default();
+        let opened = Self { name, driver, is_software, limits, has_f64, checks, cache, fault, device, queue };
+        opened.collect_errors();
+        Ok(opened)
+    }
+
+    /// Store what wgpu reports, validation errors, exhausted memory, internal errors and the loss of the device, for
+    /// the next [`check`](Self::check). By default wgpu panics.
+    fn collect_errors(&self) {
+        let (name, fault) = (self.name.clone(), Arc::clone(&self.fault));
+        self.device.on_uncaptured_error(Arc::new(move |error| {
+            let device = name.clone();
+            store_first(
+                &fault,
+                match error {
+                    wgpu::Error::OutOfMemory { .. } => MarchError::OutOfMemory { device },
+                    other => MarchError::Device { device, message: other.to_string() },
+                },
+            );
+        }));
+        let (name, fault) = (self.name.clone(), Arc::clone(&self.fault));
+        self.device.set_device_lost_callback(move |_, message| {
+            store_first(&fault, MarchError::Device { device: name.clone(), message: format!("lost: {message}") });
+        });
+    }
+
+    /// # Errors
+    /// The first error since the last check.
+    pub(crate) fn check(&self) -> Result<(), MarchError> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
+    }
+
+    /// Let the next check find an error.
+    pub(crate) fn store(&self, error: MarchError) {
+        store_first(&self.fault, error);
     }
 
     /// Save the pipeline cache.
@@ -173,7 +209,8 @@ impl Device {
     /// # Errors
     /// When the device is lost.
     pub(crate) fn wait(&self) -> Result<(), MarchError> {
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| self.error(error))
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| self.error(error))?;
+        self.check()
     }
 
     /// An error of this device.
@@ -210,7 +247,6 @@ impl Device {
             ..Default::default()
         };
         let layout = self.device.create_pipeline_layout(&layout);
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry),
             layout: Some(&layout),
@@ -219,22 +255,28 @@ impl Device {
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: self.cache.as_ref().map(DriverCache::compiled),
         });
-        match pollster::block_on(scope.pop()) {
-            Some(error) => Err(self.error(error)),
-            None => Ok(pipeline),
-        }
+        self.check().map(|()| pipeline)
     }
 
-    /// A storage buffer that holds `rows`.
-    pub(crate) fn upload<T: Pod>(&self, label: &str, rows: &[T]) -> wgpu::Buffer {
+    /// A storage buffer that holds `rows`; an empty one if they exceed the limit of a binding, which the next check
+    /// reports.
+    pub(crate) fn upload<T: Pod>(&self, label: &'static str, rows: &[T]) -> wgpu::Buffer {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         let buffer = self.storage(label, bytes.len() as u64);
-        self.queue.write_buffer(&buffer, 0, bytes);
+        if bytes.len() as u64 <= buffer.size() {
+            self.queue.write_buffer(&buffer, 0, bytes);
+        }
         buffer
     }
 
-    /// A storage buffer of zeros.
-    pub(crate) fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
+    /// A storage buffer of zeros; an empty one beyond the limit of a binding, as for [`upload`](Self::upload).
+    pub(crate) fn storage(&self, label: &'static str, bytes: u64) -> wgpu::Buffer {
+        let limit = self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size);
+        let is_too_large = bytes > limit;
+        if is_too_large {
+            self.store(MarchError::TooLarge { device: self.name.clone(), limit, what: label, needed: bytes });
+        }
+        let bytes = if is_too_large { 0 } else { bytes };
         self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)
     }
 
@@ -318,6 +360,7 @@ impl Device {
     /// When the device is lost.
     pub(crate) fn finish_readback<T: Pod>(&self, readback: Readback) -> Result<Vec<T>, MarchError> {
         let Readback { buffer, submitted, mapped } = readback;
+        self.check()?;
         let until = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
         self.device.poll(until).map_err(|error| self.error(error))?;
         mapped.recv().map_err(|error| self.error(error))?.map_err(|error| self.error(error))?;
@@ -376,6 +419,10 @@ impl Device {
         self.queue.submit([encoder.finish()]);
         self.finish_readback(self.read_back(written, 0, written.size()))
     }
+}
+
+fn store_first(fault: &Mutex<Option<MarchError>>, error: MarchError) {
+    fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
 }
 
 /// A shader module of SPIR-V words that wgpu passes through unchanged.

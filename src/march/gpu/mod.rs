@@ -52,6 +52,8 @@ const MAX_BUFFER_BYTES: u64 = 1 << 30;
 pub struct Gpu {
     device: Device,
     precision: Precision,
+    /// Most members in one batch; fewer after the memory of the device was exhausted.
+    max_batch_members: usize,
     /// Threads per member, if set by [`with_threads_per_member`](Self::with_threads_per_member).
     threads_per_member: Option<u32>,
     pipelines: Vec<Pipeline>,
@@ -77,7 +79,9 @@ impl Gpu {
                 });
             }
         }
-        Ok(Self { device, precision, threads_per_member: None, pipelines: vec![], workgroup_bytes: vec![] })
+        let max_batch_members = if device.is_software { MAX_BATCH_MEMBERS_SOFTWARE } else { MAX_BATCH_MEMBERS };
+        let (pipelines, workgroup_bytes) = (Vec::new(), Vec::new());
+        Ok(Self { device, precision, max_batch_members, threads_per_member: None, pipelines, workgroup_bytes })
     }
 
     /// Sets the threads per member, for tests and benchmarks. A plan that needs more workgroup memory than the device
@@ -220,8 +224,7 @@ impl March for Gpu {
     }
 
     fn capacity(&self, plan: &Plan) -> usize {
-        let most = if self.device.is_software { MAX_BATCH_MEMBERS_SOFTWARE } else { MAX_BATCH_MEMBERS };
-        ((self.binding_bytes() / self.member_bytes(plan).max(1)) as usize).min(most)
+        ((self.binding_bytes() / self.member_bytes(plan).max(1)) as usize).min(self.max_batch_members)
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
@@ -234,7 +237,7 @@ impl March for Gpu {
         ensemble: &Ensemble,
         members: Range<usize>,
     ) -> Result<PendingBatch<'a>, MarchError> {
-        if self.capacity(plan) < members.len() {
+        if self.member_bytes(plan) * members.len() as u64 > self.binding_bytes() {
             return Err(MarchError::TooLarge {
                 device: self.device.name.clone(),
                 limit: self.binding_bytes(),
@@ -242,11 +245,24 @@ impl March for Gpu {
                 needed: self.member_bytes(plan) * members.len() as u64,
             });
         }
-        match self.precision {
-            Precision::F32 => self.begin_in::<f32>(plan, ensemble, members),
-            Precision::F64 => self.begin_in::<f64>(plan, ensemble, members),
+        let begun = match self.precision {
+            Precision::F32 => self.begin_in::<f32>(plan, ensemble, members.clone()),
+            Precision::F64 => self.begin_in::<f64>(plan, ensemble, members.clone()),
+        };
+        match begun {
+            // The halves one after the other, so that the memory of the first is free for the second.
+            Err(MarchError::OutOfMemory { .. }) if members.len() > 1 => {
+                let middle = members.start + members.len() / 2;
+                self.max_batch_members = members.len() / 2;
+                let mut traces = self.march(plan, ensemble, members.start..middle)?;
+                let rest = self.march(plan, ensemble, middle..members.end)?;
+                traces.extend(&rest, 0..rest.members());
+                Ok(Box::new(|| Ok(traces)))
+            }
+            begun => begun,
         }
     }
+
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         match self.precision {
             Precision::F32 => self.tangents_in::<f32>(plan, points, factors).map(Some),

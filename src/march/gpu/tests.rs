@@ -2,6 +2,7 @@
 
 mod cooperative;
 mod differentiated;
+mod faults;
 mod mutants;
 mod mutation;
 mod probes;
