@@ -8,27 +8,32 @@ mod command;
 use clap::Parser;
 use command::args::{Cli, renamed};
 use command::exit::Failure;
-use std::io::Write;
+use command::terminal;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let (arguments, notes) = renamed::replace_old_names(std::env::args_os());
     for note in notes {
-        eprintln!("{note}");
+        terminal::print_error(&note);
     }
-    let (code, message) = match command::run(Cli::parse_from(arguments)) {
-        Ok(output) => {
-            // A closed pipe, as of a pager that was left, is no failure.
-            let _ = std::io::stdout().lock().write_all(output.text.as_bytes());
-            match output.failure {
-                None => return ExitCode::SUCCESS,
-                Some(reason) => (1, reason),
-            }
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            terminal::print_error(&error.render().to_string());
+            return ExitCode::from(2);
         }
+        Err(help) => help.exit(),
+    };
+    let (code, message) = match command::run(cli) {
+        Ok(output) => match (terminal::print(&output.text), output.failure) {
+            (Ok(()), None) => return ExitCode::SUCCESS,
+            (Ok(()), Some(reason)) => (1, reason),
+            (Err(error), _) => (1, format!("standard output cannot be written: {error}")),
+        },
         Err(Failure::Report(error)) => (1, error.to_string()),
         Err(Failure::Input(error)) => (2, error.to_string()),
         Err(Failure::Device(error)) => (3, error.to_string()),
     };
-    eprintln!("bondline: {}", message.trim_end());
+    terminal::print_error(&format!("bondline: {message}"));
     ExitCode::from(code)
 }

@@ -2,7 +2,7 @@
 
 use crate::command::args::{MergeArgs, convert};
 use crate::command::exit::{Failure, Output, unusable_folder};
-use crate::command::run::{output_text, print_renamed_keys, too_many_failed};
+use crate::command::run::{check_writable, output_text, print_renamed_keys, too_many_failed};
 use bondline::report::files::OutputFolder;
 use bondline::session::{self, MissingMembers};
 use std::ops::Range;
@@ -11,6 +11,9 @@ use std::path::PathBuf;
 pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     if merge.missing {
         return missing(merge);
+    }
+    if let Some(out) = &merge.out {
+        check_writable(out)?;
     }
     let mut answers = session::merge(&merge.parts, merge.case.as_deref())?;
     answers.run.command_line = Some(convert::command_line());

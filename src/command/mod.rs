@@ -20,6 +20,7 @@ mod sensitivity;
 mod size;
 mod stop;
 mod study;
+pub(crate) mod terminal;
 mod twin;
 mod uncertainty;
 mod verify;

@@ -2,6 +2,7 @@
 
 use crate::command::args::{CaseArgs, ResumeArgs, convert};
 use crate::command::exit::{Failure, input, unwritten};
+use crate::command::terminal::print_error;
 use bondline::case::unit::Dimension;
 use bondline::session::{Checkpoint, KeptMembers};
 use std::path::PathBuf;
@@ -33,12 +34,12 @@ impl Resumable {
                     return Err(input(format!("{found}: give --resume to go on, or --force to start anew")));
                 }
                 if !args.march.quiet {
-                    eprintln!("{found}: going on from there");
+                    print_error(&format!("{found}: going on from there"));
                 }
             }
             None => {
                 if resume.resume && !args.march.quiet {
-                    eprintln!("{path} keeps no members: starting with the first");
+                    print_error(&format!("{path} keeps no members: starting with the first"));
                 }
                 checkpoint.remove().map_err(|error| input(format!("{path}: cannot be removed: {error}")))?;
             }

@@ -7,6 +7,7 @@ use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
 use crate::command::resume::{Resumable, time_limit};
 use crate::command::stop::token_of_signals;
+use crate::command::terminal::print_error;
 use bondline::Session;
 use bondline::case::{Case, RenamedKey};
 use bondline::report::files::OutputFolder;
@@ -105,6 +106,14 @@ pub(crate) fn output_path(command: &str, args: &CaseArgs, id: &str) -> PathBuf {
     args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command))
 }
 
+/// Refuse an output folder in which no file can be made, before any work.
+pub(crate) fn check_writable(folder: &Path) -> Result<(), Failure> {
+    let existing = folder.ancestors().find(|ancestor| ancestor.exists()).unwrap_or(Path::new("."));
+    let probe = existing.join(format!(".bondline-{}", std::process::id()));
+    let made = std::fs::File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe));
+    made.map_err(|error| input(format!("--out {folder:?}: no file can be made in {existing:?}: {error}")))
+}
+
 /// The reason for exit code 1: the nominal march failed, or the minimisation did not converge.
 fn exit_reason(answers: &Answers) -> Option<String> {
     let nominal_failure = answers.nominal.as_ref().and_then(|nominal| failure_reason(&answers.case, &nominal.status));
@@ -167,6 +176,6 @@ pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
 /// Print a note on every old name in a file.
 pub(crate) fn print_renamed_keys(renamed_keys: &[RenamedKey]) {
     for key in renamed_keys {
-        eprintln!("{}", renamed::note(key));
+        print_error(&renamed::note(key));
     }
 }

@@ -4,6 +4,7 @@ use crate::command::args::convert;
 use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, ResumeArgs, SweepArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load, too_many_failed};
+use crate::command::terminal::print_error;
 use bondline::session::StudyOptions;
 
 pub(crate) fn run(
@@ -34,7 +35,7 @@ pub(crate) fn run(
     let not_estimated = answers.not_estimated.clone();
     run.clear_progress();
     if let Some(reason) = not_estimated.filter(|_| !args.march.quiet) {
-        eprintln!("no estimation: {reason}");
+        print_error(&format!("no estimation: {reason}"));
     }
     run.finish(failure)
 }

@@ -4,13 +4,13 @@ use crate::command::args::convert;
 use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, TwinArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::progress::MarchProgress;
-use crate::command::run::{Run, load};
+use crate::command::run::{Run, check_writable, load};
 use bondline::Session;
 use bondline::case::unit::Dimension;
 use bondline::march::Precision;
 use bondline::report;
 use bondline::session::{TwinOptions, TwinStudyOptions};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Write the observations of one set of true factors.
 pub(crate) fn write_observations(args: &TwinArgs, data: &ObservationArgs, fit: &FitArgs) -> Result<Output, Failure> {
@@ -42,6 +42,7 @@ pub(crate) fn write_observations(args: &TwinArgs, data: &ObservationArgs, fit: &
     if out.exists() && !args.force {
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
+    check_writable(out.parent().unwrap_or(Path::new(".")))?;
     let progress = MarchProgress::new(args.march.quiet);
     let mut march = convert::options(&args.march, &progress)?;
     march.precision = march.precision.or(Some(Precision::F64));

@@ -7,6 +7,7 @@ mod help; // examples, completions, manual pages, old names of options and keys
 mod history; // inverse heat conduction: output, numbers, a file that a case reads
 mod init; // templates
 mod input_errors; // exit code 2: errors with their location, nothing written
+mod limits; // sizes, endless files, control characters, output that cannot be written
 mod merge; // parts of a sweep and their merging; bounded memory
 mod options_without_effect; // exit code 2: options and keys that change nothing
 mod outputs; // one writer at a time, whole reports, nothing left over
