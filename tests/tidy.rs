@@ -17,7 +17,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("plan", &["case", "traces"]),
     ("physics", &["plan"]),
     ("march", &["limits", "plan", "ensemble", "traces", "physics"]),
-    ("study", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
+    ("study", &["limits", "case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Records name the backend, the precision and the loss function.
     ("report", &["case", "traces", "study", "march", "fit"]),
     ("session", &["limits", "case", "plan", "adapt", "ensemble", "traces", "march", "fit", "study", "report"]),

@@ -11,11 +11,11 @@ use super::run_record::RunRecord;
 use super::simultaneous_band::Envelope;
 use super::uncertainty::{Failure, SweepStatistics};
 use crate::case::{Case, InputFile, unreadable_file_message};
+use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::march;
 use crate::traces::{Balance, MemberStatus, Traces};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -174,8 +174,9 @@ impl Piece {
     /// When the file is unreadable or invalid, or its content does not have its checksum.
     pub fn read(path: &Path) -> Result<(Self, InputFile), PieceError> {
         let fault = |message: String| PieceError { path: path.to_owned(), message };
-        let text = fs::read_to_string(path).map_err(|error| fault(unreadable_file_message(&error)))?;
-        let file = InputFile::new(path.display().to_string(), text.as_bytes());
+        let bytes = read_file(path, &PIECE_FILE_MIB).map_err(|error| fault(unreadable_file_message(&error)))?;
+        let file = InputFile::new(path.display().to_string(), &bytes);
+        let text = String::from_utf8(bytes).map_err(|error| fault(format!("expected UTF-8: {error}")))?;
         let invalid = |reason: String| fault(format!("not a piece file of `uncertainty --members`: {reason}"));
         let inner = text.strip_prefix(CHECKSUM).and_then(|text| text.strip_suffix(END)?.split_once(PIECE));
         let (checksum, piece) =

@@ -19,7 +19,7 @@ pub(super) fn case_of(folder: &Path) -> Result<Option<String>, ReportError> {
 
 fn summary(folder: &Path) -> Result<Option<serde_json::Value>, ReportError> {
     let path = folder.join(SUMMARY);
-    if !path.exists() {
+    if !path.is_file() {
         return Ok(None);
     }
     let text = fs::read(&path).map_err(io_error("reading", &path))?;
