@@ -18,7 +18,7 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 25] = [
+pub const LIMITS: [&Limit; 26] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
     &PIECE_FILE_MIB,
@@ -31,6 +31,7 @@ pub const LIMITS: [&Limit; 25] = [
     &SENSORS,
     &FACTORS,
     &REACTIONS,
+    &PROPERTY_DECADES,
     &THICKNESS_RATIO,
     &CELLS,
     &OUTPUT_INTERVALS,
@@ -70,11 +71,13 @@ pub const SENSORS: Limit = Limit { quantity: "sensors", max: 128 };
 pub const FACTORS: Limit = Limit { quantity: "factors", max: 128 };
 /// Each reaction is a loop iteration of every cell.
 pub const REACTIONS: Limit = Limit { quantity: "reactions of a material", max: 64 };
+/// Beyond them products of properties leave the range of single precision.
+pub const PROPERTY_DECADES: Limit = Limit { quantity: "powers of ten between a property and its SI unit", max: 15 };
 /// Depths within a millionth of the layup are equal on the grid.
 pub const THICKNESS_RATIO: Limit = Limit { quantity: "times the thickness of a ply for the layup", max: 1_000_000 };
 /// More cells do not resolve anything that the material properties support.
 pub const CELLS: Limit = Limit { quantity: "cells", max: 1024 };
-/// `duration` over `resolution.every`.
+/// `duration` over `resolution.output_interval`.
 pub const OUTPUT_INTERVALS: Limit = Limit { quantity: "output intervals of a case", max: 100_000 };
 /// Instants are output instants and the times of observations: 8 MB per member.
 pub const TEMPERATURES: Limit = Limit { quantity: "temperatures of a member (sensors times instants)", max: 1_000_000 };

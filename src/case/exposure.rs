@@ -183,7 +183,7 @@ impl Exposure {
     }
 
     /// All schedules.
-    pub(super) fn schedules(&self) -> impl Iterator<Item = &Schedule> {
+    pub(crate) fn schedules(&self) -> impl Iterator<Item = &Schedule> {
         let faces = [&self.hot_face, &self.back_face].into_iter().flat_map(Face::schedules);
         let holder = self.holder.as_ref().map(|holder| &holder.temperature_k);
         faces.chain([&self.pressure_pa]).chain(&self.back_pressure_pa).chain(holder)

@@ -54,7 +54,7 @@ impl Material {
     /// Record all errors of the properties.
     pub(super) fn check(&self, at: &FieldPath<'_>) {
         at.not_blank("id", &self.id);
-        at.positive("density_kg_m3", self.density_kg_m3);
+        at.child("density_kg_m3").require(Table::checked_value(self.density_kg_m3, Dimension::Density));
         self.density_provenance.check(&at.child("density_provenance"));
         self.heat_capacity.check(&at.child("heat_capacity"), Dimension::HeatCapacity);
         self.heat_capacity_provenance.check(&at.child("heat_capacity_provenance"));

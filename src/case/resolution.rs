@@ -5,8 +5,11 @@ use crate::limits::{CELL_STEPS, CELLS, OUTPUT_INTERVALS, STEPS};
 
 /// Most corners of schedules on which stated steps end one by one.
 pub(crate) const MAX_CORNERS: usize = 10_000;
-/// Corners that carry the shape of longer schedules: at least 0.3 % of the duration apart, in each of several schedules.
+/// Corners that carry the shape of longer schedules: at least 0.3 % of the duration apart, in each of several
+/// schedules.
 const MAJOR_CORNERS: usize = 1000;
+/// Steps that an end of a step adds at most: the coarse plan divides what it separates, and every step is halved.
+const STEPS_PER_END: f64 = 2.0;
 /// The least number of cells per ply.
 const MIN_CELLS_PER_PLY: usize = 4;
 
@@ -64,9 +67,10 @@ impl Resolution {
         Err(format!("expected a first step of at most {largest_step_s} s, the largest step, found {first_step_s} s"))
     }
 
-    /// Refuse more time steps, or more cells times steps, than the limits. `corners_s` are the times of all schedules.
+    /// Refuse more time steps, or more cells times steps, than the limits. The arguments are those of
+    /// [`max_steps`](Self::max_steps).
     pub(super) fn check_work(&self, corners_s: Vec<f64>, instants: usize, duration_s: f64) -> Result<(), String> {
-        let steps = self.steps_between(corners_s, duration_s) + instants as f64;
+        let steps = self.max_steps(corners_s, instants, duration_s);
         let stated = format!(
             " with a first step of {} s, a largest step of {} s, a growth of {} and a duration of {duration_s} s",
             self.first_step_s, self.largest_step_s, self.growth
@@ -77,27 +81,26 @@ impl Resolution {
             .map_err(|message| format!("{message}: {} cells{stated}", self.cells))
     }
 
-    /// An upper bound of the number of steps that end on these corners.
-    fn steps_between(&self, mut corners_s: Vec<f64>, duration_s: f64) -> f64 {
+    /// An upper bound of the number of steps, which end on the corners of all schedules and on all instants.
+    pub(crate) fn max_steps(&self, mut corners_s: Vec<f64>, instants: usize, duration_s: f64) -> f64 {
+        let between = STEPS_PER_END * instants as f64;
         if corners_s.len() > MAX_CORNERS {
             let legs = MAJOR_CORNERS as f64;
-            return legs * self.steps_after_corner(duration_s / legs);
+            return between + legs * self.max_steps_after_corner(duration_s / legs);
         }
         corners_s.retain(|corner_s| (0.0..duration_s).contains(corner_s));
         corners_s.extend([0.0, duration_s]);
         corners_s.sort_by(f64::total_cmp);
-        corners_s.windows(2).map(|leg_s| self.steps_after_corner(leg_s[1] - leg_s[0])).sum()
+        between + corners_s.windows(2).map(|leg_s| self.max_steps_after_corner(leg_s[1] - leg_s[0])).sum::<f64>()
     }
 
     /// Steps from a corner of a schedule to the next, after `leg_s`: first steps of one length, then growing ones, then
-    /// the largest.
-    fn steps_after_corner(&self, leg_s: f64) -> f64 {
+    /// the largest. The coarse plan, of half as many steps, grows twice as fast.
+    fn max_steps_after_corner(&self, leg_s: f64) -> f64 {
         let (first_s, largest_s) = (self.first_step_s, self.largest_step_s);
         let [grows_s, grown_s] = [first_s, largest_s].map(|step_s| leg_s.min(step_s / self.growth));
-        grows_s / first_s
-            + (grown_s / grows_s.max(f64::MIN_POSITIVE)).max(1.0).ln() / self.growth.ln_1p()
-            + (leg_s - grown_s) / largest_s
-            + 1.0
+        let growing = if grows_s > 0.0 { 2.0 * (grown_s / grows_s).ln() / (2.0 * self.growth).ln_1p() } else { 0.0 };
+        grows_s / first_s + growing + (leg_s - grown_s) / largest_s + STEPS_PER_END
     }
 
     /// Record all errors of the fields, for a number of plies and a duration. Returns whether there is none.

@@ -2,6 +2,7 @@
 
 use super::unit::Dimension;
 use super::validation::{FieldPath, finite, positive};
+use crate::limits::PROPERTY_DECADES;
 
 /// Behaviour of a table outside the temperatures of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +59,11 @@ impl Table {
             }
             Dimension::Fraction => Ok(value),
             Dimension::SpecificEnthalpy => finite(value, value),
-            _ => positive(value, value),
+            _ => {
+                let decades = positive(value, value)?.log10().abs();
+                let check = PROPERTY_DECADES.check(decades);
+                check.map(|()| value).map_err(|message| format!("{message} in the value {value:e}"))
+            }
         }
     }
 

@@ -238,3 +238,30 @@ fn append_steps(
         times_s.extend(inner.map(|warp| corner_s + growth.time_since_corner(warp)).chain([to_s]));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Plan;
+
+    #[test]
+    fn a_case_bounds_its_number_of_steps_closely_from_above() {
+        for id in ["slab", "lcat-2259", "lcat-2259-tc3", "permeation", "stack-saffil-sic"] {
+            let case = Case::load(format!("cases/{id}").as_ref()).expect("a shipped case");
+            for (first_step_s, growth, largest_step_s) in
+                [(0.005, 0.05, 0.5), (0.1, 1.0, 10.0), (0.01, 0.01, 0.01), (1e-5, 0.5, 100.0), (0.02, 0.01, 5.0)]
+            {
+                let mut builder = case.to_builder();
+                let resolution = &mut builder.resolution;
+                (resolution.first_step_s, resolution.growth, resolution.largest_step_s) =
+                    (first_step_s, growth, largest_step_s);
+                let case = builder.build().expect("a valid case");
+                let corners_s = case.exposure.schedules().flat_map(|schedule| schedule.times_s.iter().copied());
+                let (instants, duration_s) = (instants_s(&case).len(), case.exposure.duration_s);
+                let bound = case.resolution.max_steps(corners_s.collect(), instants, duration_s);
+                let steps = Plan::new(&case).steps() as f64;
+                assert!(steps <= bound && bound < 3.0 * steps, "{id}: {steps} steps, bound {bound}");
+            }
+        }
+    }
+}

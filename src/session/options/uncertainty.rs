@@ -61,7 +61,8 @@ impl UncertaintyOptions {
         let mebibytes = statistics::bytes(sensors, instants, factors) / f64::from(1 << 20);
         STATISTICS_MIB.check(mebibytes).map_err(|message| {
             let kept = format!("of {sensors} sensors at {instants} instants, with {factors} factors");
-            InputError::general(format!("{message} {kept}: leave out sensors or lengthen `resolution.every`")).into()
+            InputError::general(format!("{message} {kept}: leave out sensors or lengthen `resolution.output_interval`"))
+                .into()
         })
     }
 }
