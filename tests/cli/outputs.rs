@@ -27,7 +27,7 @@ fn a_second_writer_of_one_folder_is_refused_and_a_killed_one_leaves_nothing_afte
     scratch.write("one/notes.txt", "mine");
     let summary = scratch.read("one/summary.json");
     let files = scratch.files();
-    let long = "uncertainty c -n 100000000 --keep members --quiet --out one";
+    let long = "uncertainty c -n 60000000 --keep members --quiet --out one";
     let mut first = command(&scratch);
     let mut first = first.args(long.split_whitespace()).stderr(Stdio::null()).spawn().expect("the binary starts");
     let lock = scratch.path().join(".one.lock");

@@ -94,15 +94,15 @@ fn wait_for_file(scratch: &Scratch, name: &str) {
 #[track_caller]
 fn partial(scratch: &Scratch, ended: &CommandResult) -> u64 {
     assert_eq!(ended.code, 1, "{}", ended.stderr);
-    for said in ["stopped after ", " of 100000000 members: --resume goes on with the others"] {
+    for said in ["stopped after ", " of 60000000 members: --resume goes on with the others"] {
         assert!(ended.stderr.contains(said), "{}", ended.stderr);
     }
     assert!(ended.stdout.contains("! The sweep was stopped after "), "{}", ended.stdout);
     let summary: Value = serde_json::from_str(&scratch.read("one/summary.json")).expect("JSON");
     let members = &summary["members"];
     let ok = members["ok"].as_u64().expect("a number");
-    assert!((2..100_000_000).contains(&ok), "{members}");
-    assert_eq!((&members["requested"], &members["failed"]), (&100_000_000.into(), &0.into()));
+    assert!((2..60_000_000).contains(&ok), "{members}");
+    assert_eq!((&members["requested"], &members["failed"]), (&60_000_000.into(), &0.into()));
     assert!(scratch.read("one/report.html").contains("The sweep was stopped after "));
     ok
 }
@@ -111,18 +111,18 @@ fn partial(scratch: &Scratch, ended: &CommandResult) -> u64 {
 fn a_time_limit_ends_a_sweep_with_an_answer_that_can_be_resumed_but_not_lost_by_accident() {
     let scratch = Scratch::new("limited");
     scratch.write("c/case.toml", CASE);
-    let line = "uncertainty c -n 100000000 --keep members --out one";
+    let line = "uncertainty c -n 60000000 --keep members --out one";
     let first = partial(&scratch, &run(&scratch, &format!("{line} --limit-time 1s")));
     run(&scratch, line).exited_with(2).with_stderr(&[
-        &format!("one.checkpoint keeps members 0..{first} of 100000000 of a run of 20"),
+        &format!("one.checkpoint keeps members 0..{first} of 60000000 of a run of 20"),
         "give --resume to go on, or --force to start anew",
     ]);
     let resumed = run(&scratch, &format!("{line} --limit-time 1s --resume"));
-    assert!(resumed.stderr.contains(&format!("keeps members 0..{first} of 100000000")), "{}", resumed.stderr);
+    assert!(resumed.stderr.contains(&format!("keeps members 0..{first} of 60000000")), "{}", resumed.stderr);
     let second = partial(&scratch, &resumed);
     assert!(second > first, "{second} members after {first}");
     let other = run(&scratch, "uncertainty c -n 20 --resume --out one").exited_with(2);
-    let differs = "another sweep: its samples 100000000 members by normal, seed 1, small bounds, expected 20 members";
+    let differs = "another sweep: its samples 60000000 members by normal, seed 1, small bounds, expected 20 members";
     assert!(other.stderr.contains(differs), "{}", other.stderr);
     let without_rows = run(&scratch, &line.replace("--keep members", "--keep traces --resume")).exited_with(2);
     assert!(without_rows.stderr.contains("does not have the rows of its"), "{}", without_rows.stderr);
@@ -145,7 +145,7 @@ fn an_interrupt_and_a_request_to_terminate_end_a_sweep_with_an_answer() {
     for signal in ["INT", "TERM"] {
         let scratch = Scratch::new(&format!("signal-{signal}"));
         scratch.write("c/case.toml", CASE);
-        let child = started(&scratch, "uncertainty c -n 100000000 --checkpoint-interval 0.02s --out one");
+        let child = started(&scratch, "uncertainty c -n 60000000 --checkpoint-interval 0.02s --out one");
         wait_for_file(&scratch, "one.checkpoint/sweep.json");
         let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
         assert!(sent.expect("kill is there").success());
