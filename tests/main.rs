@@ -11,6 +11,8 @@ mod estimates; // estimates of whole cases: intervals, profiles, standard errors
 mod factor_selection; // selection of factors to estimate, against the paper
 mod fit; // least squares against certified answers, bounds, identification
 mod flux_inversion; // inverse heat conduction: flux from a thermocouple
+#[cfg(target_os = "linux")]
+mod fuzz; // mutants of everything that is read, in this process and through the command
 mod golden; // nominal march of every shipped case against stored values
 mod import_graph; // imports between files have no cycle
 mod json_serialisation; // cases and answers as JSON, and the fingerprint of a case

@@ -38,11 +38,18 @@ fn results(scratch: &Scratch, folder: &str) -> (Value, Vec<String>) {
 #[track_caller]
 fn sealed(piece: &str, from: &str, to: &str) -> String {
     assert!(piece.contains(from), "no {from} in the piece");
-    let changed = piece.replacen(from, to, 1);
-    let (start, rest) = changed.split_once("\",\"piece\":").expect("the checksum is before the piece");
-    let inner = rest.strip_suffix("}\n").expect("the end of a piece");
-    let checksum = XxHash3_128::oneshot(inner.as_bytes());
-    format!("{}{checksum:032x}\",\"piece\":{rest}", &start[..start.len() - 32])
+    with_checksum(&content(piece).replacen(from, to, 1))
+}
+
+/// The content of a piece, without its checksum.
+pub(crate) fn content(piece: &str) -> &str {
+    let (_, rest) = piece.split_once("\",\"piece\":").expect("the checksum is before the content");
+    rest.strip_suffix("}\n").expect("the end of a piece")
+}
+
+/// A piece with this content.
+pub(crate) fn with_checksum(content: &str) -> String {
+    format!("{{\"checksum\":\"{:032x}\",\"piece\":{content}}}\n", XxHash3_128::oneshot(content.as_bytes()))
 }
 
 #[test]
