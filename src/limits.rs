@@ -51,8 +51,8 @@ pub const LIMITS: [&Limit; 26] = [
 pub const TEXT_FILE_MIB: Limit = Limit { quantity: "MiB of a case, material or gas file", max: 4 };
 /// Table files: twice the size of two million rows of a time and three values.
 pub const TABLE_FILE_MIB: Limit = Limit { quantity: "MiB of a table file", max: 64 };
-/// Files of `uncertainty --members`: the largest statistics, as text.
-pub const PIECE_FILE_MIB: Limit = Limit { quantity: "MiB of a file to merge", max: 256 };
+/// Files of `uncertainty --members`: twice the largest statistics, whose numbers are longer as text.
+pub const PIECE_FILE_MIB: Limit = Limit { quantity: "MiB of a file to merge", max: 512 };
 /// Compiled kernels of one device.
 pub const CACHE_FILE_MIB: Limit = Limit { quantity: "MiB of a pipeline cache", max: 64 };
 /// Keys are chosen by name.
@@ -88,7 +88,7 @@ pub const CELL_STEPS: Limit = Limit { quantity: "cells times time steps of a mar
 /// Sums of squares stay in range.
 pub const MEMBERS: Limit = Limit { quantity: "members of a sweep", max: 1 << 26 };
 /// About 25 kB for each temperature and seven factors.
-pub const STATISTICS_MIB: Limit = Limit { quantity: "MiB of statistics of a sweep", max: 512 };
+pub const STATISTICS_MIB: Limit = Limit { quantity: "MiB of statistics of a sweep", max: 256 };
 /// All data sets are fitted together.
 pub const DATA_SETS: Limit = Limit { quantity: "data sets of a coverage study", max: 10_000 };
 /// All minimisations run together.

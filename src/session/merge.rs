@@ -126,7 +126,7 @@ fn first_part(pieces: &[PathBuf]) -> Result<(&Path, Piece), SessionError> {
     let path = pieces.first().ok_or_else(|| InputError::general("no files to merge"))?;
     let (first, _) = Piece::read(path)?;
     check_same_sweep((path, &first), (path, &first))?;
-    Ok((path, first))
+    Ok((path, first.without_statistics()))
 }
 
 /// The members below `all` that are in none of the ranges, which are in ascending order of their starts.

@@ -1,5 +1,6 @@
 //! Checksums of files: XXH3 of 128 bits. They detect damage, not tampering.
 
+use std::io;
 use twox_hash::xxhash3_128::Hasher;
 
 /// A checksum of bytes that are added piece by piece.
@@ -20,6 +21,17 @@ impl Checksum {
     /// As 32 hexadecimal digits.
     pub(crate) fn to_hex(&self) -> String {
         format!("{:032x}", self.0.finish_128())
+    }
+}
+
+impl io::Write for Checksum {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.add(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 

@@ -164,8 +164,14 @@ impl Piece {
 
     /// The JSON text: the checksum of the piece, then the piece.
     pub fn to_json(&self) -> String {
-        let piece = serde_json::to_string(self).expect("numbers, texts and maps of whole numbers can be written");
-        format!("{CHECKSUM}{}{PIECE}{piece}{END}", Checksum::of(piece.as_bytes()))
+        // The checksum goes to its place afterwards, so that the piece is in memory once.
+        let mut text = format!("{CHECKSUM}{:032}{PIECE}", 0).into_bytes();
+        let start = text.len();
+        serde_json::to_writer(&mut text, self).expect("numbers, texts and maps of whole numbers can be written");
+        let checksum = Checksum::of(&text[start..]);
+        text[CHECKSUM.len()..][..checksum.len()].copy_from_slice(checksum.as_bytes());
+        text.extend(END.as_bytes());
+        String::from_utf8(text).expect("JSON is UTF-8")
     }
 
     /// Read a piece file. Returns the file too, as an input of what is made from it.
@@ -193,7 +199,14 @@ impl Piece {
     /// Checksum of the statistics, which two pieces of the same members have in common.
     pub fn statistics_checksum(&self) -> String {
         let statistics = (&self.numbers, &self.kept, &self.failures);
-        Checksum::of(serde_json::to_string(&statistics).expect("numbers and texts can be written").as_bytes())
+        let mut checksum = Checksum::default();
+        serde_json::to_writer(&mut checksum, &statistics).expect("numbers and texts can be written");
+        checksum.to_hex()
+    }
+
+    /// The piece without its statistics, which are large.
+    pub(crate) fn without_statistics(self) -> Self {
+        Self { numbers: Vec::new(), kept: BTreeMap::new(), ..self }
     }
 
     /// Whether both pieces have the same nominal march, to the bit.

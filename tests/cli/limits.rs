@@ -122,7 +122,7 @@ fn a_request_beyond_memory_is_refused_with_the_limit() {
         ("uncertainty c -n 1000000000", "-n: expected at most 67,108,864 members of a sweep, found 1,000,000,000"),
         (
             "uncertainty many --set resolution.output_interval='10 ms'",
-            "expected at most 512 MiB of statistics of a sweep, found",
+            "expected at most 256 MiB of statistics of a sweep, found",
         ),
         ("predict many --set resolution.output_interval='1 ms'", "expected at most 1,000,000 temperatures of a member"),
     ] {
