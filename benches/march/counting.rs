@@ -108,6 +108,7 @@ impl Real for CountingReal {
     type TableRows<'p, 'a> = <f64 as Real>::TableRows<'p, 'a>;
     type TableRow<'a> = &'a [f64];
     const LANES: usize = 1;
+    const FIRST_ROW: Self::RowOffset = 0;
     const MANTISSA_BITS: u32 = 52;
 
     fn scalar(value: f64) -> f64 {

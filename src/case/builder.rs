@@ -8,7 +8,7 @@ use super::gas::{BACK_PRESSURE_NEEDS_DARCY, BLOWING_NEEDS_GAS, GasFlow, GasFlowM
 use super::input_files::InputFiles;
 use super::layup::{Layup, Ply, Sensor};
 use super::observation::Observation;
-use super::renamed_key::RenamedKeys;
+use super::reading_notes::ReadingNotes;
 use super::resolution::Resolution;
 use super::validation::{FieldPath, UniqueNames};
 use super::{Case, EstimationSettings};
@@ -140,7 +140,7 @@ impl CaseBuilder {
             estimate,
             paper_figures,
             resolution,
-            renamed_keys: RenamedKeys::default(),
+            reading_notes: ReadingNotes::default(),
             input_files: InputFiles::default(),
         })
     }
@@ -268,7 +268,7 @@ impl Case {
             estimate,
             paper_figures,
             resolution,
-            renamed_keys: _,
+            reading_notes: _,
             input_files: _,
         } = self.clone();
         CaseBuilder {

@@ -1,6 +1,6 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
-use super::renamed_key::RenamedKey;
+use super::reading_notes::RenamedKey;
 use crate::limits::LISTED_ERRORS;
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -90,13 +90,14 @@ pub(super) struct ErrorReported(());
 /// The result of reading a value: its error is recorded, not returned.
 pub(super) type ReadResult<T> = Result<T, ErrorReported>;
 
-/// The errors and the old names recorded so far. Reading continues after an error, so that one run reports all of them.
+/// The errors, the old names and the notes recorded so far. Reading continues after an error, so that one run reports all of them.
 #[derive(Debug, Default)]
 pub(super) struct Diagnostics {
     errors: RefCell<Vec<Diagnostic>>,
     /// Number of further errors, which are not listed.
     omitted: Cell<usize>,
     renamed_keys: RefCell<Vec<RenamedKey>>,
+    notes: RefCell<Vec<Diagnostic>>,
 }
 
 impl Diagnostics {
@@ -118,6 +119,18 @@ impl Diagnostics {
             old,
             new,
         });
+    }
+
+    /// Record what is no error but what the user should know.
+    pub(super) fn record_note(&self, location: &SourceLocation, message: String) {
+        self.notes.borrow_mut().push(Diagnostic { location: location.clone(), message });
+    }
+
+    /// The notes recorded so far, sorted by position; they are removed here.
+    pub(super) fn take_notes(&self) -> Vec<Diagnostic> {
+        let mut notes = self.notes.take();
+        notes.sort();
+        notes
     }
 
     /// The old names recorded so far, sorted by position; they are removed here.

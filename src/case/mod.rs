@@ -20,7 +20,7 @@ pub mod library;
 mod material;
 mod observation;
 mod provenance;
-mod renamed_key;
+mod reading_notes;
 mod resolution;
 mod suggestion;
 mod table;
@@ -44,13 +44,13 @@ pub use layup::{Layup, Ply, Sensor, Side};
 pub use material::Material;
 pub use observation::Observation;
 pub use provenance::{Provenance, SourceKind};
-pub use renamed_key::RenamedKey;
+pub use reading_notes::RenamedKey;
 pub(crate) use resolution::MAX_CORNERS;
 pub use resolution::Resolution;
 pub use table::{OutOfRange, Schedule, Table};
 
 use input_files::InputFiles;
-use renamed_key::RenamedKeys;
+use reading_notes::ReadingNotes;
 
 /// A layup, its exposure, sensors, scale factors and observations; validated and immutable.
 ///
@@ -83,7 +83,7 @@ pub struct Case {
     pub(crate) paper_figures: Vec<(String, Vec<usize>)>,
     pub(crate) resolution: Resolution,
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub(crate) renamed_keys: RenamedKeys,
+    pub(crate) reading_notes: ReadingNotes,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) input_files: InputFiles,
 }
@@ -157,7 +157,12 @@ impl Case {
     /// Keys and values that the files of the case, or its overrides, still have under an old name, by file and line.
     /// They are no part of the content; a case from a builder has none.
     pub fn renamed_keys(&self) -> &[RenamedKey] {
-        &self.renamed_keys.0
+        &self.reading_notes.renamed_keys
+    }
+
+    /// Columns and samples of the files of the case that were not read, by file. They are no part of the content.
+    pub fn unread_data(&self) -> &[Diagnostic] {
+        &self.reading_notes.unread
     }
 
     /// The files that the case was read from; none if it was built from values.

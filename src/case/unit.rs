@@ -196,6 +196,7 @@ const UNITS: &[Unit] = &[
     ("atm", 101325.0, [1, -1, -2, 0, 0]),
     ("torr", 101325.0 / 760.0, [1, -1, -2, 0, 0]),
     ("psi", 6894.757293168, [1, -1, -2, 0, 0]),
+    ("psf", 47.8802589804, [1, -1, -2, 0, 0]),
     ("J", 1.0, [1, 2, -2, 0, 0]),
     ("kJ", 1e3, [1, 2, -2, 0, 0]),
     ("MJ", 1e6, [1, 2, -2, 0, 0]),
@@ -263,6 +264,11 @@ pub fn unit_conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), S
         _ => 0.0,
     };
     Ok((scale, offset))
+}
+
+/// Whether a text is a unit of any dimension.
+pub(crate) fn is_unit(text: &str) -> bool {
+    compound_unit(text).is_ok()
 }
 
 /// The correct form of a unit such as `W/m^2 K`, which reads as (W/m²)·K.

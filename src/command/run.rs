@@ -170,6 +170,9 @@ pub(crate) fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &Mar
 pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
     let case = Case::load_with(path, &convert::sets(&march.sets)?)?;
     print_renamed_keys(case.renamed_keys());
+    for note in case.unread_data() {
+        print_error(&format!("note: {note}"));
+    }
     Ok(case)
 }
 

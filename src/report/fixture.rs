@@ -231,7 +231,7 @@ fn case() -> Case {
             ..EstimationSettings::default()
         },
         paper_figures: Vec::new(),
-        renamed_keys: Default::default(),
+        reading_notes: Default::default(),
         resolution: Resolution {
             tolerance_k: None,
             cells: 64,

@@ -158,7 +158,7 @@ impl Problem {
             correlation: Default::default(),
             estimate: EstimationSettings::default(),
             paper_figures: Vec::new(),
-            renamed_keys: Default::default(),
+            reading_notes: Default::default(),
             resolution: Resolution {
                 tolerance_k: None,
                 cells,

@@ -4,6 +4,7 @@
 //! key is an error, and reading continues after an error, so that one run reports all of them. The keys are documented
 //! in `docs/reference/case-file.md`.
 
+mod column_choice;
 mod decomposition;
 mod exposure;
 mod factor;
@@ -30,7 +31,7 @@ use super::error::{CaseError, Diagnostics, ReadResult, SourceLocation};
 use super::factor_targets::FactorTargets;
 use super::gas::BLOWING_NEEDS_GAS;
 use super::input_files::InputFiles;
-use super::renamed_key::{RenamedKey, RenamedKeys};
+use super::reading_notes::{ReadingNotes, RenamedKey};
 use super::unit::Dimension;
 use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
 use crate::limits::{TEXT_FILE_MIB, read_file};
@@ -98,8 +99,12 @@ impl Case {
 
 /// The validated case, with its files and their old names.
 fn build(read: ReadResult<CaseBuilder>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
-    let renamed_keys = RenamedKeys(diagnostics.take_renamed_keys());
-    Ok(Case { renamed_keys, input_files, ..diagnostics.into_result(read)?.build()? })
+    let (renamed_keys, unread) = (diagnostics.take_renamed_keys(), diagnostics.take_notes());
+    Ok(Case {
+        reading_notes: ReadingNotes { renamed_keys, unread },
+        input_files,
+        ..diagnostics.into_result(read)?.build()?
+    })
 }
 
 /// The content of a document. Errors of single values are recorded here; the builder then validates the whole case.

@@ -1,16 +1,18 @@
 //! `[observations]` and `[estimate]`.
 
+use super::column_choice::{TimeChoice, stated_conversion};
 use super::references::ReferenceResolver;
 use super::schedule::points;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
-use crate::case::error::ReadResult;
+use super::table_file::{ChosenColumn, Headings, TableFile, TimeColumn};
+use crate::case::error::{ReadResult, SourceLocation};
 use crate::case::observation::checked_window_s;
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Bounds, EstimationSettings, Factor, LossFunction, Observation, Sensor};
 
 /// Observations from a table file or under the names of the sensors, with `window` and `sigma` of single sensors.
-/// Samples after the end of the exposure are dropped.
+/// Samples after the end of the exposure are dropped, and with a key `time` those before its start.
 pub(super) fn observations(
     case: &TableReader<'_>,
     references: &ReferenceResolver<'_>,
@@ -24,6 +26,8 @@ pub(super) fn observations(
     let of_all = section.optional("sigma");
     let sigma_k = of_all.map(sigma).transpose();
     let file = section.optional("file");
+    let time = section.optional("time");
+    let chosen_time = time.map(TimeChoice::read).transpose();
     let named = section.unread_keys();
     if file.is_none() && named.is_empty() {
         return Err(
@@ -32,9 +36,13 @@ pub(super) fn observations(
     }
     let own =
         collect_all(named.into_iter().map(|(name, written)| SensorEntry::read(name, written, sensors, duration_s)));
-    let (sigma_k, own) = (sigma_k?, own?);
-    let mut found =
-        file.map_or(Ok(Vec::new()), |file| observations_from_file(file, references, sensors, sigma_k, &own))?;
+    let (sigma_k, own, chosen_time) = (sigma_k?, own?, chosen_time?);
+    let of_file = own.iter().find_map(|own| own.column).map(|column| ("column", column));
+    if let (None, Some((key, written))) = (file, time.map(|time| ("time", time)).or(of_file)) {
+        return Err(written.error(format!("`{key}` needs a `file`: found none")));
+    }
+    let columns = ColumnsToRead { sensors, sigma_k, own: &own, time: chosen_time };
+    let mut found = file.map_or(Ok(Vec::new()), |file| columns.read(file, references))?;
     let more = collect_all(own.iter().filter_map(|own| {
         match (found.iter().any(|(name, _)| name == own.name), own.samples) {
             (true, None) => None,
@@ -51,8 +59,12 @@ pub(super) fn observations(
     if let Some(written) = of_all.filter(|_| found.iter().all(|(name, _)| has_own(name))) {
         return Err(written.error("`sigma` applies to no sensor: every observed sensor has its own"));
     }
+    if let (Some(file), Some(_)) = (file, chosen_time) {
+        note_earlier_samples(&found, file, references);
+    }
     collect_all(found.into_iter().map(|(name, observation)| {
-        let observation = truncate_to_duration(observation, duration_s.unwrap_or(f64::INFINITY), written)?;
+        let end_s = duration_s.unwrap_or(f64::INFINITY);
+        let observation = within_exposure(observation, end_s, chosen_time.is_some(), written)?;
         match own.iter().find(|own| own.name == name) {
             Some(own) => own.with_window(observation),
             None => Ok(observation),
@@ -60,12 +72,15 @@ pub(super) fn observations(
     }))
 }
 
-/// The value under the name of a sensor: samples `[["0 s", "300 K"]]`, or a table with `samples`, `window` and `sigma`.
+/// The value under the name of a sensor: samples `[["0 s", "300 K"]]`, or a table with `samples` or with the `column` of
+/// the file and its `unit`, and with `window` and `sigma`.
 struct SensorEntry<'a> {
     name: &'a str,
     written: ValueReader<'a>,
     sensor: usize,
     samples: Option<ValueReader<'a>>,
+    column: Option<ValueReader<'a>>,
+    conversion: Option<(f64, f64)>,
     window: Option<(ValueReader<'a>, (f64, f64))>,
     sigma_k: Option<f64>,
 }
@@ -79,14 +94,33 @@ impl<'a> SensorEntry<'a> {
     ) -> ReadResult<Self> {
         let sensor = sensor(name, sensors).map_err(|message| written.error(message))?;
         if !written.is_table() {
-            return Ok(Self { name, written, sensor, samples: Some(written), window: None, sigma_k: None });
+            let samples = Some(written);
+            return Ok(Self {
+                name,
+                written,
+                sensor,
+                samples,
+                column: None,
+                conversion: None,
+                window: None,
+                sigma_k: None,
+            });
         }
         let section = written.section()?;
-        let samples = section.optional("samples");
+        let (samples, column) = (section.optional("samples"), section.optional("column"));
+        let column = column.map(|column| column.text().map(|_| column)).transpose();
+        let unit = section.optional("unit");
+        let conversion = stated_conversion(&section, Dimension::Temperature);
         let window = section.optional("window").map(|written| Ok((written, window(written, duration_s)?))).transpose();
         let sigma_k = section.optional("sigma").map(sigma).transpose();
         section.deny_unknown_keys();
-        Ok(Self { name, written, sensor, samples, window: window?, sigma_k: sigma_k? })
+        let (column, conversion) = (column?, conversion?);
+        match (samples, column, unit) {
+            (Some(_), Some(column), _) => return Err(column.error("expected `samples` or a `column`, not both")),
+            (_, None, Some(unit)) => return Err(unit.error("`unit` needs a `column`: found none")),
+            _ => {}
+        }
+        Ok(Self { name, written, sensor, samples, column, conversion, window: window?, sigma_k: sigma_k? })
     }
 
     /// The samples in the case file, with the standard deviation of the sensor or else the common one.
@@ -126,71 +160,192 @@ fn sensor(name: &str, sensors: Option<&[Sensor]>) -> Result<usize, String> {
     found.ok_or_else(|| format!("unknown sensor {name:?}{}", suggestion(name, known)))
 }
 
-/// The columns of a table file: `TC1_K` and, without a `sigma` of the sensor or the case, `TC1_sigma_K`.
-fn observations_from_file(
-    file: ValueReader<'_>,
-    references: &ReferenceResolver<'_>,
-    sensors: Option<&[Sensor]>,
+/// What to read from a table file: the columns of the sensors, `TC1_K`, and where neither the sensor nor the case has a
+/// `sigma` their standard deviations, `TC1_sigma_K`.
+struct ColumnsToRead<'a, 's> {
+    sensors: Option<&'s [Sensor]>,
     sigma_k: Option<f64>,
-    own: &[SensorEntry<'_>],
-) -> ReadResult<Vec<(String, Observation)>> {
-    let diagnostics = file.diagnostics();
-    let sheet = references.table_file(file)?;
-    let columns: Vec<(usize, &str)> = sheet.value_columns().collect();
-    let traces = columns.iter().filter(|(_, stem)| !stem.ends_with("_sigma"));
-    if traces.clone().next().is_none() {
-        let names = sensors.unwrap_or_default().iter().map(|sensor| format!("{}_K", sensor.name));
-        let names = names.collect::<Vec<_>>().join(", ");
-        let message = format!("no sensor column after the time column: expected some of {names}");
-        return Err(sheet.error(0, diagnostics, message));
-    }
-    let unmatched = columns.iter().filter_map(|&(column, stem)| Some((column, stem.strip_suffix("_sigma")?)));
-    let unmatched = collect_all(unmatched.map(|(column, stem)| {
-        let matched = columns.iter().any(|(_, other)| *other == stem);
-        let message = format!("standard deviation without samples: expected a column \"{stem}_K\"");
-        if matched { Ok(()) } else { Err(sheet.error(column, diagnostics, message)) }
-    }));
-    let read = collect_all(traces.map(|&(column, stem)| {
-        if columns.iter().any(|&(other, name)| other < column && name == stem) {
-            return Err(sheet.error(column, diagnostics, format!("duplicate column of sensor {stem:?}")));
+    own: &'s [SensorEntry<'a>],
+    time: Option<TimeChoice<'a>>,
+}
+
+/// A column of a sensor.
+struct SensorColumn<'t> {
+    column: ChosenColumn,
+    name: &'t str,
+    sensor: usize,
+}
+
+impl ColumnsToRead<'_, '_> {
+    fn read(
+        &self,
+        file: ValueReader<'_>,
+        references: &ReferenceResolver<'_>,
+    ) -> ReadResult<Vec<(String, Observation)>> {
+        let headings = match self.time {
+            Some(time) => Headings::Chosen(time.heading()?),
+            None if self.chooses() => Headings::Chosen(None),
+            None => Headings::All,
+        };
+        let table = references.table_file(file, headings)?;
+        let time = self.time.map_or(Ok(TimeColumn::default()), |time| time.find(&table))?;
+        let columns = if self.chooses() { self.chosen(&table, time, file) } else { self.all(&table, time, file) }?;
+        if columns.is_empty() {
+            let names = self.sensors.unwrap_or_default().iter().map(|sensor| format!("{}_K", sensor.name));
+            let names = names.collect::<Vec<_>>().join(", ");
+            let message = format!("no sensor column after the time column: expected some of {names}");
+            return Err(table.error(time.column.index, file.diagnostics(), message));
         }
-        let sensor = sensor(stem, sensors).map_err(|message| sheet.error(column, diagnostics, message))?;
-        let (times_s, temperatures_k) = sheet.time_series(column, Dimension::Temperature, false, diagnostics)?;
-        let spread = columns.iter().find(|(_, other)| other.strip_suffix("_sigma") == Some(stem));
-        let own_k = own.iter().find(|own| own.name == stem).and_then(|own| own.sigma_k);
-        let sigma_k = match (own_k.or(sigma_k), spread) {
+        if self.chooses() {
+            self.note_ignored(&table, time, &columns, file);
+        }
+        let of_sensor =
+            |sensor: &SensorColumn<'_>| Ok((sensor.name.to_owned(), self.observation(&table, time, sensor, file)?));
+        collect_all(columns.iter().map(of_sensor))
+    }
+
+    /// Whether the case chooses columns; else every column is a sensor or a standard deviation.
+    fn chooses(&self) -> bool {
+        self.time.is_some() || self.own.iter().any(|own| own.column.is_some())
+    }
+
+    /// The columns that the case names, and those with the name of another sensor.
+    fn chosen<'t>(
+        &'t self,
+        table: &'t TableFile,
+        time: TimeColumn,
+        file: ValueReader<'_>,
+    ) -> ReadResult<Vec<SensorColumn<'t>>> {
+        let named = self.own.iter().filter_map(|own| Some((own, own.column?)));
+        let mut columns = collect_all(named.map(|(own, written)| {
+            let index = written.require(table.find_column(written.text()?, Some(time)))?;
+            if index == time.column.index {
+                return Err(written.error(format!("{:?} is the column of times", table.heading(index))));
+            }
+            let column = ChosenColumn { index, conversion: own.conversion };
+            Ok(SensorColumn { column, name: own.name, sensor: own.sensor })
+        }))?;
+        for (sensor, Sensor { name, .. }) in self.sensors.unwrap_or_default().iter().enumerate() {
+            let mut same = table.value_columns(time).filter(|(_, column)| column == name).map(|(index, _)| index);
+            let (Some(index), false) = (same.next(), columns.iter().any(|column| column.name == name)) else {
+                continue;
+            };
+            if same.next().is_some() {
+                return Err(file.error(format!("several columns {name:?}: choose one with a key `column`")));
+            }
+            columns.push(SensorColumn { column: ChosenColumn { index, conversion: None }, name, sensor });
+        }
+        Ok(columns)
+    }
+
+    /// All columns; each must be a sensor or the standard deviation of one.
+    fn all<'t>(
+        &self,
+        table: &'t TableFile,
+        time: TimeColumn,
+        file: ValueReader<'_>,
+    ) -> ReadResult<Vec<SensorColumn<'t>>> {
+        let diagnostics = file.diagnostics();
+        let columns: Vec<(usize, &str)> = table.value_columns(time).collect();
+        let unmatched = columns.iter().filter_map(|&(column, name)| Some((column, name.strip_suffix("_sigma")?)));
+        let unmatched = collect_all(unmatched.map(|(column, name)| {
+            let matched = columns.iter().any(|(_, other)| *other == name);
+            let message = format!("standard deviation without samples: expected a column \"{name}_K\"");
+            if matched { Ok(()) } else { Err(table.error(column, diagnostics, message)) }
+        }));
+        let sensors = columns.iter().filter(|(_, name)| !name.ends_with("_sigma")).map(|&(index, name)| {
+            if columns.iter().any(|&(other, same)| other < index && same == name) {
+                return Err(table.error(index, diagnostics, format!("duplicate column of sensor {name:?}")));
+            }
+            let sensor = sensor(name, self.sensors).map_err(|message| table.error(index, diagnostics, message))?;
+            Ok(SensorColumn { column: ChosenColumn { index, conversion: None }, name, sensor })
+        });
+        let sensors = collect_all(sensors);
+        unmatched.and(sensors)
+    }
+
+    /// Note the columns that are not read.
+    fn note_ignored(&self, table: &TableFile, time: TimeColumn, read: &[SensorColumn<'_>], file: ValueReader<'_>) {
+        let is_read = |index: usize, name: &str| {
+            read.iter().any(|sensor| sensor.column.index == index || name.strip_suffix("_sigma") == Some(sensor.name))
+        };
+        let ignored = table.value_columns(time).filter(|&(index, name)| !is_read(index, name));
+        let ignored: Vec<&str> =
+            ignored.map(|(index, _)| table.heading(index)).filter(|name| !name.is_empty()).collect();
+        if let Some((first, others)) = ignored.split_first() {
+            let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+            let message = format!("column {first:?}{more} not read: no sensor of the case");
+            file.diagnostics().record_note(&SourceLocation::without_line(table.file()), message);
+        }
+    }
+
+    fn observation(
+        &self,
+        table: &TableFile,
+        time: TimeColumn,
+        &SensorColumn { column, name, sensor }: &SensorColumn<'_>,
+        file: ValueReader<'_>,
+    ) -> ReadResult<Observation> {
+        let diagnostics = file.diagnostics();
+        let (times_s, temperatures_k) = table.time_series(time, column, Dimension::Temperature, false, diagnostics)?;
+        let mut others = table.value_columns(time);
+        let spread = others.find(|(_, other)| other.strip_suffix("_sigma") == Some(name)).map(|(index, _)| index);
+        let own_k = self.own.iter().find(|own| own.name == name).and_then(|own| own.sigma_k);
+        let sigma_k = match (own_k.or(self.sigma_k), spread) {
             (Some(sigma_k), _) => vec![sigma_k; times_s.len()],
-            (None, Some(&(spread, _))) => {
-                let (at_s, sigmas_k) =
-                    sheet.time_series(spread, Dimension::TemperatureDifference, false, diagnostics)?;
+            (None, Some(index)) => {
+                let spread = ChosenColumn { index, conversion: None };
+                let difference = Dimension::TemperatureDifference;
+                let (at_s, sigmas_k) = table.time_series(time, spread, difference, false, diagnostics)?;
                 let bad = at_s.iter().zip(&sigmas_k).find(|(_, sigma_k)| **sigma_k <= 0.0);
                 if let Some((time_s, sigma_k)) = bad {
                     let message = format!("expected a standard deviation above 0 K, found {sigma_k} K at {time_s} s");
-                    return Err(sheet.error(spread, diagnostics, message));
+                    return Err(table.error(index, diagnostics, message));
                 }
                 if at_s != times_s {
                     let message =
-                        format!("expected a standard deviation of {stem:?} at each of its sample times and no other");
-                    return Err(sheet.error(spread, diagnostics, message));
+                        format!("expected a standard deviation of {name:?} at each of its sample times and no other");
+                    return Err(table.error(index, diagnostics, message));
                 }
                 sigmas_k
             }
             (None, None) => {
                 let message =
-                    format!("missing standard deviation: expected a column \"{stem}_sigma_K\" or a key `sigma`");
-                return Err(sheet.error(column, diagnostics, message));
+                    format!("missing standard deviation: expected a column \"{name}_sigma_K\" or a key `sigma`");
+                return Err(table.error(column.index, diagnostics, message));
             }
         };
-        Ok((stem.to_owned(), Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }))
-    }));
-    unmatched.and(read)
+        Ok(Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None })
+    }
 }
 
-fn truncate_to_duration(
+/// Note the samples before the start of the exposure, which are not read.
+fn note_earlier_samples(found: &[(String, Observation)], file: ValueReader<'_>, references: &ReferenceResolver<'_>) {
+    let earlier = |(_, observation): &(_, Observation)| observation.times_s.partition_point(|&time_s| time_s < 0.0);
+    let most = found.iter().map(earlier).max().unwrap_or(0);
+    if let (1.., Ok(path)) = (most, file.text()) {
+        let message = format!("{most} samples of a sensor before 0 s not read");
+        file.diagnostics().record_note(&SourceLocation::without_line(references.label(path)), message);
+    }
+}
+
+/// The samples up to the end of the exposure, and with `drops_earlier` from its start.
+fn within_exposure(
     mut observation: Observation,
     duration_s: f64,
+    drops_earlier: bool,
     written: ValueReader<'_>,
 ) -> ReadResult<Observation> {
+    let earlier = observation.times_s.partition_point(|&time_s| time_s < 0.0);
+    if drops_earlier {
+        if earlier == observation.times_s.len() {
+            let last_s = observation.times_s[earlier - 1];
+            return Err(written.error(format!("expected samples from 0 s on, found the last at {last_s} s")));
+        }
+        observation.times_s.drain(..earlier);
+        observation.temperatures_k.drain(..earlier);
+        observation.sigma_k.drain(..earlier);
+    }
     let first_s = written.require(Observation::checked_first_s(observation.times_s[0]))?;
     let count = observation.times_s.partition_point(|&time_s| time_s <= duration_s);
     if count == 0 {

@@ -1,9 +1,10 @@
 //! Resolution of references: files next to the case, and the built-in database of materials and gases.
 
+use super::column_choice::TimeChoice;
 use super::files::FileSource;
 use super::renamed_keys::FileKind;
 use super::spanned_toml::{SpannedValue, ValueReader};
-use super::table_file::{TableFile, TimeSeries};
+use super::table_file::{ChosenColumn, Headings, TableFile, TimeColumn, TimeSeries};
 use super::text_file::{parse_toml, parse_toml_file};
 use super::{gas, material};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
@@ -90,26 +91,37 @@ impl<'a> ReferenceResolver<'a> {
         Err(written.error(format!("no such file: {}", self.files.label(path))))
     }
 
+    /// The name of a file in messages.
+    pub(super) fn label(&self, path: &str) -> String {
+        self.files.label(path)
+    }
+
     fn document(&self, path: &str, kind: FileKind) -> ReadResult<SpannedValue> {
         parse_toml_file(self.files.read(path), &self.files.label(path), kind, self.diagnostics)
     }
 
-    pub(super) fn table_file(&self, written: ValueReader<'_>) -> ReadResult<TableFile> {
+    pub(super) fn table_file(&self, written: ValueReader<'_>, headings: Headings<'_>) -> ReadResult<TableFile> {
         let path = self.existing_path(written)?;
-        TableFile::read(self.files.read(path), &self.files.label(path), self.diagnostics)
+        TableFile::read(self.files.read(path), &self.files.label(path), headings, self.diagnostics)
     }
 
-    /// A column of a table file over time; `column` is optional if the file has only one besides time.
+    /// A column of a table file over time; `column` is optional if the file has only one besides time. `conversion` is
+    /// that of a stated unit.
     pub(super) fn series(
         &self,
         file: ValueReader<'_>,
         column: Option<ValueReader<'_>>,
+        conversion: Option<(f64, f64)>,
+        time: Option<TimeChoice<'_>>,
         dimension: Dimension,
     ) -> ReadResult<TimeSeries> {
-        let name = column.map(ValueReader::text).transpose();
-        let sheet = self.table_file(file)?;
-        let index = column.unwrap_or(file).require(sheet.find_column(name?))?;
-        sheet.time_series(index, dimension, true, self.diagnostics)
+        let name = column.map(ValueReader::text).transpose()?;
+        let headings = time.map_or(Ok(Headings::All), |time| time.heading().map(Headings::Chosen))?;
+        let table = self.table_file(file, headings)?;
+        let time = time.map_or(Ok(TimeColumn::default()), |time| time.find(&table))?;
+        let found = name.map_or_else(|| table.only_value_column(time), |name| table.find_column(name, Some(time)));
+        let column = ChosenColumn { index: column.unwrap_or(file).require(found)?, conversion };
+        table.time_series(time, column, dimension, true, self.diagnostics)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Schedules: a constant, a list of points or a column of a table file, and the values outside the points.
 
+use super::column_choice::{TimeChoice, stated_conversion};
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
 use super::table_file::TimeSeries;
@@ -29,7 +30,7 @@ enum OutsidePoints {
 
 impl ScheduleReader<'_> {
     /// A constant, points `[["41 s", "26.7 W/cm^2"]]`, `{ points = [[…]], outside = "hold" }`, or
-    /// `{ file = "flux.csv", column = "flux_w_cm2", outside = "zero" }`.
+    /// `{ file = "flux.csv", column = "flux_w_cm2", outside = "zero" }`, with `unit` and `time` as of observations.
     pub(super) fn read(&self, written: ValueReader<'_>, dimension: Dimension) -> ReadResult<Schedule> {
         if written.is_list() {
             return self.covering_schedule(points(written, dimension, true)?, None, written, dimension);
@@ -39,12 +40,19 @@ impl ScheduleReader<'_> {
         }
         let section = written.section()?;
         let (file, listed, column) = (section.optional("file"), section.optional("points"), section.optional("column"));
+        let (time, unit) = (section.optional("time"), section.optional("unit"));
+        let conversion = stated_conversion(&section, dimension);
         let outside = outside(&section, dimension);
         section.deny_unknown_keys();
-        let series = match (file, listed, column) {
-            (Some(file), None, _) => self.references.series(file, column, dimension),
+        let of_file = [("column", column), ("time", time), ("unit", unit)];
+        let of_file = of_file.into_iter().find_map(|(key, written)| Some((key, written?)));
+        let series = match (file, listed, of_file) {
+            (Some(file), None, _) => time
+                .map(TimeChoice::read)
+                .transpose()
+                .and_then(|time| self.references.series(file, column, conversion?, time, dimension)),
             (None, Some(listed), None) => points(listed, dimension, true),
-            (None, _, Some(column)) => Err(column.error("`column` needs a `file`: found none")),
+            (None, _, Some((key, written))) => Err(written.error(format!("`{key}` needs a `file`: found none"))),
             (Some(_), Some(listed), _) => Err(listed.error("expected a `file` or `points`, not both")),
             (None, None, None) => Err(section
                 .error("missing key \"file\": expected { file = \"flux.csv\" } or { points = [[\"0 s\", \"…\"], …] }")),

@@ -1,5 +1,6 @@
 //! Reading of case files: valid content and error messages.
 
+mod chosen_columns;
 mod correlation;
 mod observed;
 mod paper;

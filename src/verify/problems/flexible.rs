@@ -67,6 +67,6 @@ pub fn flexible_layup() -> Case {
         estimate: EstimationSettings::default(),
         paper_figures: Vec::new(),
         resolution: Resolution::default(),
-        renamed_keys: Default::default(),
+        reading_notes: Default::default(),
     }
 }

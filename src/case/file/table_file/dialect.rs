@@ -101,6 +101,19 @@ impl Dialect {
         number
     }
 
+    /// Whether no cell is a number and at least one is text, as in a line of units.
+    pub(super) fn is_row_of_text<'c>(&self, cells: impl Iterator<Item = &'c str>) -> bool {
+        let mut has_text = false;
+        for cell in cells.map(str::trim).filter(|cell| !cell.is_empty()) {
+            let starts_as_number = cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+            if starts_as_number || MISSING_VALUES.iter().any(|missing| cell.eq_ignore_ascii_case(missing)) {
+                return false;
+            }
+            has_text = true;
+        }
+        has_text
+    }
+
     /// The likely reason why a cell with digits is not a number.
     pub(super) fn number_hint(&self, cell: &str) -> &'static str {
         const MARKS: [char; 7] = [',', '.', '\'', '’', ' ', '\u{a0}', '\u{202f}'];

@@ -1,5 +1,6 @@
-//! Old names of keys and values, which the files of a case may still use.
+//! What the reader of a case notes: old names of keys and values, and columns that are not read.
 
+use super::error::Diagnostic;
 use std::fmt;
 
 /// A key or a value of a file that has been renamed, and was read under its old name.
@@ -25,11 +26,15 @@ impl fmt::Display for RenamedKey {
     }
 }
 
-/// The old names in the files of a case. They are no part of its content: cases that differ in them only are equal.
+/// Notes on the files of a case. They are no part of its content: cases that differ in them only are equal.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct RenamedKeys(pub(super) Vec<RenamedKey>);
+pub(crate) struct ReadingNotes {
+    pub(super) renamed_keys: Vec<RenamedKey>,
+    /// What was not read.
+    pub(super) unread: Vec<Diagnostic>,
+}
 
-impl PartialEq for RenamedKeys {
+impl PartialEq for ReadingNotes {
     fn eq(&self, _: &Self) -> bool {
         true
     }
