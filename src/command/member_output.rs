@@ -44,7 +44,7 @@ impl MemberOutput {
             path: folder.to_owned(),
             source,
         })?;
-        let (count, end) = kept.as_ref().map_or((0, 0), |kept| (kept.members.len(), kept.members.end));
+        let (count, end) = kept.as_ref().map_or((0, 0), |kept| (kept.range.len(), kept.range.end));
         let mut members = MembersFile::create(&path_of(&format!("members{part}.parquet"))?, &names, &sensors)?;
         let mut has_rows = members.keep_in(&folder.join("members.rows"), end)? == count;
         output.members = Some(members);

@@ -57,9 +57,9 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
         }
         Command::Size { case, size, sweep } => size::run(&case, &size, &sweep),
         Command::History { case, data, history } => history::run(&case, &data, &history),
-        Command::Twin { twin, data, fit } => match twin.study {
-            None => twin::write_observations(&twin, &data, &fit),
-            Some(data_sets) => twin::coverage_study(&twin, &data, &fit, data_sets),
+        Command::Twin { twin, resume, data, fit } => match twin.study {
+            None => twin::write_observations(&twin, &resume, &data, &fit),
+            Some(data_sets) => twin::coverage_study(&twin, &resume, &data, &fit, data_sets),
         },
         Command::Devices { json } => devices::run(json),
         Command::Materials { action } => materials::run(action),

@@ -1,21 +1,21 @@
-//! Members of an interrupted run: whether to go on from them, to refuse, or to start anew.
+//! Finished work of an interrupted run: whether to go on from them, to refuse, or to start anew.
 
 use crate::command::args::{CaseArgs, ResumeArgs, convert};
 use crate::command::exit::{Failure, input, unwritten};
 use crate::command::terminal::print_error;
 use bondline::case::unit::Dimension;
-use bondline::session::{Checkpoint, KeptMembers};
+use bondline::session::{Checkpoint, KeptWork};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The checkpoint of a run, which no other process uses, and the members that it keeps.
+/// The checkpoint of a run, which no other process uses, and the work that it keeps.
 pub(crate) struct Resumable {
     pub checkpoint: Checkpoint,
-    pub kept: Option<KeptMembers>,
+    pub kept: Option<KeptWork>,
 }
 
 impl Resumable {
-    /// Look for kept members. Without `--resume` they are not overwritten, unless `--force` is given.
+    /// Look for kept work. Without `--resume` it is not overwritten, unless `--force` is given.
     pub(crate) fn open(folder: PathBuf, args: &CaseArgs, resume: &ResumeArgs) -> Result<Self, Failure> {
         let mut checkpoint = Checkpoint::new(folder);
         if let Some(interval) = &resume.checkpoint_interval {
@@ -25,10 +25,10 @@ impl Resumable {
         let kept = if resume.resume || !args.force { checkpoint.found()? } else { None };
         let path = checkpoint.folder().display().to_string();
         match &kept {
-            Some(KeptMembers { members, requested, date, .. }) => {
+            Some(KeptWork { unit, range, requested, date, .. }) => {
                 let found = format!(
-                    "{path} keeps members {}..{} of {requested} of a run of {date} that was interrupted",
-                    members.start, members.end
+                    "{path} keeps {unit} {}..{} of {requested} of a run of {date} that was interrupted",
+                    range.start, range.end
                 );
                 if !resume.resume {
                     return Err(input(format!("{found}: give --resume to go on, or --force to start anew")));
@@ -39,7 +39,7 @@ impl Resumable {
             }
             None => {
                 if resume.resume && !args.march.quiet {
-                    print_error(&format!("{path} keeps no members: starting with the first"));
+                    print_error(&format!("{path} keeps nothing: starting with the first"));
                 }
                 checkpoint.remove().map_err(|error| input(format!("{path}: cannot be removed: {error}")))?;
             }
@@ -47,7 +47,7 @@ impl Resumable {
         Ok(Self { checkpoint, kept })
     }
 
-    /// Remove the members, once the answer is in safety.
+    /// Remove the work, once the answer is in safety.
     pub(crate) fn remove(&self) -> Result<(), Failure> {
         let path = self.checkpoint.folder().display();
         self.checkpoint.remove().map_err(|error| unwritten(format!("removing {path}: {error}")))
@@ -55,7 +55,7 @@ impl Resumable {
 }
 
 impl Drop for Resumable {
-    /// A folder without members is of no use.
+    /// A folder without finished work is of no use.
     fn drop(&mut self) {
         if matches!(self.checkpoint.found(), Ok(None)) {
             // An error is ignored: the next run of this output tries again.

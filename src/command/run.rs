@@ -94,11 +94,14 @@ pub(crate) fn open_session(
     Ok(Session::open(case, &options)?)
 }
 
-/// How a sweep that was stopped goes on.
+/// How a study that was stopped goes on.
 fn stop_reason(answers: &Answers) -> Option<String> {
-    let sweep = answers.uncertainty.as_ref().filter(|sweep| sweep.is_partial())?;
-    let (members, requested) = (sweep.members, sweep.requested);
-    Some(format!("stopped after {members} of {requested} members: --resume goes on with the others"))
+    let sweep = answers.uncertainty.as_ref().filter(|sweep| sweep.is_partial());
+    let sweep = sweep.map(|sweep| (sweep.members, sweep.requested, "members"));
+    let study = answers.coverage_study.as_ref().filter(|study| study.is_partial());
+    let study = study.map(|study| (study.fits.len(), study.requested, "data sets"));
+    let (finished, requested, unit) = sweep.or(study)?;
+    Some(format!("stopped after {finished} of {requested} {unit}: --resume goes on with the others"))
 }
 
 /// The folder of the outputs of a command.

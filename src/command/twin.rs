@@ -1,7 +1,7 @@
 //! `bondline twin`: synthetic observations from known factors, and coverage studies of many sets of them.
 
 use crate::command::args::convert;
-use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, TwinArgs};
+use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, ResumeArgs, TwinArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::progress::MarchProgress;
 use crate::command::run::{Run, check_writable, load};
@@ -13,13 +13,20 @@ use bondline::session::{TwinOptions, TwinStudyOptions};
 use std::path::{Path, PathBuf};
 
 /// Write the observations of one set of true factors.
-pub(crate) fn write_observations(args: &TwinArgs, data: &ObservationArgs, fit: &FitArgs) -> Result<Output, Failure> {
+pub(crate) fn write_observations(
+    args: &TwinArgs,
+    resume: &ResumeArgs,
+    data: &ObservationArgs,
+    fit: &FitArgs,
+) -> Result<Output, Failure> {
     let given_options = [
         (!data.sensors.is_empty()).then_some("--sensors"),
         data.window.as_ref().map(|_| "--window"),
         data.bounds.map(|_| "--bounds"),
         (!fit.factors.is_empty()).then_some("--factors"),
         fit.given_option(),
+        resume.resume.then_some("--resume"),
+        resume.checkpoint_interval.as_ref().map(|_| "--checkpoint-interval"),
     ];
     if let Some(option) = given_options.into_iter().flatten().next() {
         return Err(input(format!(
@@ -64,6 +71,7 @@ pub(crate) fn write_observations(args: &TwinArgs, data: &ObservationArgs, fit: &
 /// Fit many synthetic data sets and count how often the intervals contain the true factors.
 pub(crate) fn coverage_study(
     args: &TwinArgs,
+    resume: &ResumeArgs,
     data: &ObservationArgs,
     fit: &FitArgs,
     data_sets: usize,
@@ -81,12 +89,12 @@ pub(crate) fn coverage_study(
         out: args.out.clone(),
         force: args.force,
         json: args.json,
-        limit_time: None,
+        limit_time: args.limit_time.clone(),
         march: args.march.clone(),
     };
     let case = load(&case_args.case, &case_args.march)?;
     options.check(&case)?;
-    let mut run = Run::open("twin", &case_args, case)?;
+    let mut run = Run::open_resumable("twin", &case_args, case, resume)?;
     run.session.twin_study(&options)?;
     run.finish(None)
 }

@@ -14,7 +14,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// Most concurrent studies: enough to fill any device with a dozen members of each, at little cost for threads that
 /// mostly wait.
-const MAX_CONCURRENT_STUDIES: usize = 128;
+pub(crate) const MAX_CONCURRENT_STUDIES: usize = 128;
 
 /// Run `studies` studies, each with its number and a march restricted to this plan; returns their results in order.
 ///

@@ -91,6 +91,13 @@ fn is_biased(factor: &FactorCoverage) -> bool {
 /// Warnings.
 fn coverage_warnings(outcome: &CoverageStudy) -> Vec<String> {
     let mut warnings = Vec::new();
+    if outcome.is_partial() {
+        warnings.push(format!(
+            "The study was stopped after {} of {}; its numbers are those of the data sets so far.",
+            format::count(outcome.fits.len()),
+            format::counted(outcome.requested, "data set")
+        ));
+    }
     for (reason, count) in outcome.failures() {
         let of = format::counted(outcome.fits.len(), "fit");
         warnings.push(format!(

@@ -19,7 +19,7 @@ pub use crate::march::backend_selection::BackendKind;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
 pub use crate::study::answers::Answers;
 #[cfg(feature = "serde")]
-pub use checkpoint::{Checkpoint, KeptMembers};
+pub use checkpoint::{Checkpoint, KeptWork};
 pub use error::{InputError, SessionError};
 #[cfg(feature = "serde")]
 pub use merge::{MissingMembers, merge, missing_members};
@@ -36,7 +36,11 @@ use crate::march::{Backend, March, MarchError, Precision, backend_selection, mar
 use crate::plan::Plan;
 #[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
-use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study};
+#[cfg(not(feature = "serde"))]
+use crate::study::coverage_study::coverage_study;
+use crate::study::coverage_study::{CoverageDesign, CoverageStudy};
+#[cfg(feature = "serde")]
+use crate::study::coverage_study::{DataSetFit, coverage_study_from, kept_fits::KeptFits};
 use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use crate::study::flux_inversion::{FluxInversion, invert_flux};
 use crate::study::model_comparison::compare_models;
@@ -55,7 +59,7 @@ use crate::study::uncertainty::{SweepStatistics, Uncertainty, failure_reason};
 use crate::traces::MemberStatus;
 use crate::traces::Traces;
 #[cfg(feature = "serde")]
-use checkpoint::SweepKeeper;
+use checkpoint::{FitKeeper, SweepKeeper};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 #[cfg(feature = "serde")]
@@ -335,6 +339,22 @@ impl Session {
             let search = SearchOptions { landscape: false, ..options.fit.search(march.backend().precision) };
             let (twins, noise_k, noise) = (options.data_sets, options.noise_k, options.noise());
             let design = CoverageDesign { data_sets: twins, truth_bounds: Bounds::Small, noise_k, noise, search };
+            #[cfg(feature = "serde")]
+            let found = {
+                let kept = KeptFits::new(&answers.case, &design, &march.backend(), answers.run.clone());
+                let mut keeper = study.checkpoint.clone().map(|checkpoint| FitKeeper::new(checkpoint, kept));
+                let first_fits = keeper.as_ref().map_or(Ok(Vec::new()), FitKeeper::kept)?;
+                let watch = &mut |fits: &[DataSetFit]| keeper.iter_mut().for_each(|keeper| keeper.update(fits));
+                let found = coverage_study_from(&answers.case, plan, *march, &design, first_fits, watch)?;
+                if let Some(mut keeper) = keeper {
+                    if found.is_partial() {
+                        keeper.keep(&found.fits);
+                    }
+                    answers.run.remarks.extend(keeper.remark());
+                }
+                found
+            };
+            #[cfg(not(feature = "serde"))]
             let found = coverage_study(&answers.case, plan, *march, &design)?;
             answers.seed = Some(options.seed);
             answers.coverage_study = Some(found.clone());
@@ -552,9 +572,7 @@ impl RunningStudy<'_> {
             if marched.is_err() && gathered.members() > 0 {
                 keeper.keep(&gathered);
             }
-            let remark =
-                keeper.error.map(|error| format!("complete members could not be kept while the sweep ran: {error}"));
-            self.answers.run.remarks.extend(remark);
+            self.answers.run.remarks.extend(keeper.remark());
         }
         match marched {
             Err(MarchError::Stopped) if gathered.completed() >= 2 => {}

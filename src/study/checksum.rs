@@ -1,5 +1,6 @@
 //! Checksums of files: XXH3 of 128 bits. They detect damage, not tampering.
 
+use serde::Serialize;
 use std::io;
 use twox_hash::xxhash3_128::Hasher;
 
@@ -35,9 +36,49 @@ impl io::Write for Checksum {
     }
 }
 
+/// The parts of a file around the checksum and the content.
+const CHECKSUM: &str = "{\"checksum\":\"";
+const CONTENT: &str = "\",\"content\":";
+const END: &str = "}\n";
+
+/// The text of a file: a JSON object of the checksum of a content, and the content.
+pub(crate) fn sealed(content: &impl Serialize) -> String {
+    // The checksum goes to its place afterwards, so that the content is in memory once.
+    let mut text = format!("{CHECKSUM}{:032}{CONTENT}", 0).into_bytes();
+    let start = text.len();
+    serde_json::to_writer(&mut text, content).expect("numbers, texts and maps of whole numbers can be written");
+    let checksum = Checksum::of(&text[start..]);
+    text[CHECKSUM.len()..][..checksum.len()].copy_from_slice(checksum.as_bytes());
+    text.extend(END.as_bytes());
+    String::from_utf8(text).expect("JSON is UTF-8")
+}
+
+/// The content of a [sealed] text.
+///
+/// # Errors
+/// When the text has another form, or its content another checksum.
+pub(crate) fn unsealed(text: &str) -> Result<&str, String> {
+    let inner = text.strip_prefix(CHECKSUM).and_then(|text| text.strip_suffix(END)?.split_once(CONTENT));
+    let (checksum, content) =
+        inner.ok_or_else(|| format!("expected {CHECKSUM:?} at its start and {END:?} at its end"))?;
+    let found = Checksum::of(content.as_bytes());
+    if found == checksum {
+        return Ok(content);
+    }
+    Err(format!("damaged: the checksum of its content is {found}, expected {checksum}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_changed_content_or_checksum_is_noticed() {
+        let text = sealed(&[12, 3]);
+        assert_eq!(unsealed(&text), Ok("[12,3]"));
+        assert!(unsealed(&text.replace(",3]", ",4]")).is_err_and(|error| error.starts_with("damaged: the checksum")));
+        assert!(unsealed(&text[1..]).is_err() && unsealed(&text[..text.len() - 1]).is_err());
+    }
 
     #[test]
     fn a_checksum_is_xxh3_of_the_bytes_however_they_are_cut() {

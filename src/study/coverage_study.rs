@@ -3,13 +3,16 @@
 //! Synthetic data sets are generated from factors drawn between the side constraints, with noise, and each is fitted
 //! like a measurement. Counting coverage tests the intervals without any assumption except the noise model.
 
+#[cfg(feature = "serde")]
+pub(crate) mod kept_fits;
+
 use super::estimate::{EstimateError, ParameterEstimates, SearchOptions, estimate};
 use super::nominal::samples_in_window;
 use super::proportion::Proportion;
 use super::twin::Noise;
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
-use crate::march::batching::run_batched;
+use crate::march::batching::{MAX_CONCURRENT_STUDIES, run_batched};
 use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
 use crate::traces::MemberStatus;
@@ -21,7 +24,9 @@ use crate::traces::MemberStatus;
 pub struct CoverageStudy {
     /// One per estimated factor.
     pub factors: Vec<FactorCoverage>,
-    /// One per data set.
+    /// Data sets of the study.
+    pub requested: usize,
+    /// One per data set that was fitted: all of them unless the study was stopped.
     pub fits: Vec<DataSetFit>,
     /// Standard deviation of the noise, K; `None` where each sample has the one that the case states.
     pub noise_k: Option<f64>,
@@ -126,6 +131,22 @@ pub fn coverage_study(
     march: &mut dyn March,
     design: &CoverageDesign,
 ) -> Result<CoverageStudy, EstimateError> {
+    coverage_study_from(case, plan, march, design, Vec::new(), &mut |_| {})
+}
+
+/// [`coverage_study`], going on from the first fits of an earlier run. `watch` receives the fits so far after every
+/// block of concurrent fits. A march that is stopped ends the study with the fits so far, if there are two.
+///
+/// # Errors
+/// As [`coverage_study`].
+pub fn coverage_study_from(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    design: &CoverageDesign,
+    first_fits: Vec<DataSetFit>,
+    watch: &mut dyn FnMut(&[DataSetFit]),
+) -> Result<CoverageStudy, EstimateError> {
     let CoverageDesign { data_sets, truth_bounds: drawn, noise_k, noise, ref search } = *design;
     let estimated = &case.estimate.factors;
     if estimated.is_empty() {
@@ -142,16 +163,25 @@ pub fn coverage_study(
         })
         .collect();
     let data = synthetic_cases(case, plan, march, &truths, noise_k, &noise)?;
-    let fits = run_batched(march, plan, data_sets, |data_set, march| {
-        data[data_set].as_ref().map(|data| estimate(&[(data, plan)], march, search))
-    })?;
-    let mut found = Vec::with_capacity(data_sets);
-    for (truth, fit) in truths.iter().zip(fits) {
-        let end = match fit {
-            None => FitOutcome::Failed("the march at the true factors failed".to_owned()),
-            Some(fit) => fit_outcome(fit?),
+    let mut found = first_fits;
+    while found.len() < data_sets {
+        let first = found.len();
+        let block = MAX_CONCURRENT_STUDIES.min(data_sets - first);
+        let fits = run_batched(march, plan, block, |number, march| {
+            data[first + number].as_ref().map(|data| estimate(&[(data, plan)], march, search))
+        });
+        let fits = match fits {
+            Err(MarchError::Stopped) if first >= 2 => break,
+            fits => fits?,
         };
-        found.push(DataSetFit { truth: estimated.iter().map(|&factor| truth[factor]).collect(), outcome: end });
+        for (truth, fit) in truths[first..].iter().zip(fits) {
+            let outcome = match fit {
+                None => FitOutcome::Failed("the march at the true factors failed".to_owned()),
+                Some(fit) => fit_outcome(fit?),
+            };
+            found.push(DataSetFit { truth: estimated.iter().map(|&factor| truth[factor]).collect(), outcome });
+        }
+        watch(&found);
     }
     let fitted: Vec<(&[f64], &FitResult)> =
         found.iter().filter_map(|fit| Some((fit.truth.as_slice(), fit.outcome.result()?))).collect();
@@ -172,11 +202,17 @@ pub fn coverage_study(
         noise_k,
         noise,
         truth_bounds: drawn,
+        requested: data_sets,
         fits: found,
     })
 }
 
 impl CoverageStudy {
+    /// Whether the study was stopped before its last data set.
+    pub fn is_partial(&self) -> bool {
+        self.fits.len() < self.requested
+    }
+
     /// Number of data sets whose fit converged.
     pub fn converged(&self) -> usize {
         self.fits.iter().filter(|fit| matches!(fit.outcome, FitOutcome::Converged(_))).count()

@@ -5,7 +5,7 @@
 //! [`Accumulator::to_integers`](crate::study::statistics::Accumulator::to_integers); floating-point numbers survive to
 //! the bit. The text of the piece follows its checksum.
 
-use super::checksum::Checksum;
+use super::checksum::{Checksum, sealed, unsealed};
 use super::nominal::Prediction;
 use super::run_record::RunRecord;
 use super::simultaneous_band::Envelope;
@@ -18,11 +18,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// The parts of a file around the checksum and the piece.
-const CHECKSUM: &str = "{\"checksum\":\"";
-const PIECE: &str = "\",\"piece\":";
-const END: &str = "}\n";
 
 /// Content of a piece file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -164,14 +159,7 @@ impl Piece {
 
     /// The JSON text: the checksum of the piece, then the piece.
     pub fn to_json(&self) -> String {
-        // The checksum goes to its place afterwards, so that the piece is in memory once.
-        let mut text = format!("{CHECKSUM}{:032}{PIECE}", 0).into_bytes();
-        let start = text.len();
-        serde_json::to_writer(&mut text, self).expect("numbers, texts and maps of whole numbers can be written");
-        let checksum = Checksum::of(&text[start..]);
-        text[CHECKSUM.len()..][..checksum.len()].copy_from_slice(checksum.as_bytes());
-        text.extend(END.as_bytes());
-        String::from_utf8(text).expect("JSON is UTF-8")
+        sealed(self)
     }
 
     /// Read a piece file. Returns the file too, as an input of what is made from it.
@@ -184,15 +172,8 @@ impl Piece {
         let file = InputFile::new(path.display().to_string(), &bytes);
         let text = String::from_utf8(bytes).map_err(|error| fault(format!("expected UTF-8: {error}")))?;
         let invalid = |reason: String| fault(format!("not a piece file of `uncertainty --members`: {reason}"));
-        let inner = text.strip_prefix(CHECKSUM).and_then(|text| text.strip_suffix(END)?.split_once(PIECE));
-        let (checksum, piece) =
-            inner.ok_or_else(|| invalid(format!("expected {CHECKSUM:?} at its start and {END:?} at its end")))?;
-        let found = Checksum::of(piece.as_bytes());
-        if found != checksum {
-            let message = format!("damaged: the checksum of its content is {found}, expected {checksum}");
-            return Err(fault(message));
-        }
-        let piece = serde_json::from_str(piece).map_err(|error| invalid(error.to_string()))?;
+        let content = unsealed(&text).map_err(invalid)?;
+        let piece = serde_json::from_str(content).map_err(|error| invalid(error.to_string()))?;
         Ok((piece, file))
     }
 

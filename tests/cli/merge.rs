@@ -43,13 +43,13 @@ fn sealed(piece: &str, from: &str, to: &str) -> String {
 
 /// The content of a piece, without its checksum.
 pub(crate) fn content(piece: &str) -> &str {
-    let (_, rest) = piece.split_once("\",\"piece\":").expect("the checksum is before the content");
+    let (_, rest) = piece.split_once("\",\"content\":").expect("the checksum is before the content");
     rest.strip_suffix("}\n").expect("the end of a piece")
 }
 
 /// A piece with this content.
 pub(crate) fn with_checksum(content: &str) -> String {
-    format!("{{\"checksum\":\"{:032x}\",\"piece\":{content}}}\n", XxHash3_128::oneshot(content.as_bytes()))
+    format!("{{\"checksum\":\"{:032x}\",\"content\":{content}}}\n", XxHash3_128::oneshot(content.as_bytes()))
 }
 
 #[test]

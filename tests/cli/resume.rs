@@ -133,7 +133,7 @@ fn a_time_limit_ends_a_sweep_with_an_answer_that_can_be_resumed_but_not_lost_by_
         scratch.files()
     );
     let nothing = run(&scratch, "uncertainty c -n 20 --resume --out one").succeeded();
-    assert!(nothing.stderr.contains("keeps no members: starting with the first"), "{}", nothing.stderr);
+    assert!(nothing.stderr.contains("keeps nothing: starting with the first"), "{}", nothing.stderr);
     let short = run(&scratch, "predict c --limit-time 0s --out two").exited_with(1);
     assert!(short.stderr.contains("stopped before there was an answer"), "{}", short.stderr);
     run(&scratch, "predict c --limit-time 5K --out two").exited_with(2).with_stderr(&["--limit-time \"5K\""]);
@@ -156,4 +156,29 @@ fn an_interrupt_and_a_request_to_terminate_end_a_sweep_with_an_answer() {
         let hidden = |path: &&PathBuf| path.to_string_lossy().starts_with('.');
         assert_eq!(scratch.files().iter().filter(hidden).count(), 0, "{:?}", scratch.files());
     }
+}
+
+/// 128 data sets are fitted at a time, so that the first block is kept before the second is complete.
+#[test]
+fn a_coverage_study_that_is_killed_goes_on_from_its_fits_to_the_same_bits() {
+    let scratch = Scratch::new("killed-study");
+    let observed = "\n[observations]\nsigma = \"2 K\"\nTC2 = [[\"5 s\", \"310 K\"], [\"20 s\", \"450 K\"]]\n";
+    scratch.write("c/case.toml", CASE.to_owned() + observed);
+    let line = "twin c --study 300 --checkpoint-interval 0s --out";
+    run(&scratch, &format!("{line} whole/one")).succeeded();
+    let mut child = started(&scratch, &format!("{line} killed/one"));
+    wait_for_file(&scratch, "killed/one.checkpoint/fits.json");
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
+    run(&scratch, &format!("{line} killed/one")).exited_with(2).with_stderr(&["keeps data sets 0..", "of 300"]);
+    let other = format!("{line} killed/one --seed 2 --resume");
+    run(&scratch, &other).exited_with(2).with_stderr(&["keeps fits of another study: case c ("]);
+    let ended = run(&scratch, &format!("{line} killed/one --resume")).succeeded();
+    assert!(ended.stderr.contains("going on from there"), "{}", ended.stderr);
+    let summary = |folder: &str| without_run(serde_json::from_str(&scratch.read(folder)).expect("JSON"));
+    assert_eq!(summary("killed/one/summary.json"), summary("whole/one/summary.json"));
+    assert_eq!(scratch.read("killed/one/coverage.csv"), scratch.read("whole/one/coverage.csv"));
+    assert_eq!(files(&scratch, "killed"), files(&scratch, "whole"));
+    run(&scratch, "twin c --resume").exited_with(2).with_stderr(&["--resume: without --study N nothing is fitted"]);
+    run(&scratch, "twin c --limit-time 1s").exited_with(2);
 }

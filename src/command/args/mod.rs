@@ -144,6 +144,8 @@ pub(crate) enum Command {
         #[command(flatten)]
         twin: TwinArgs,
         #[command(flatten)]
+        resume: ResumeArgs,
+        #[command(flatten)]
         data: ObservationArgs,
         #[command(flatten)]
         fit: FitArgs,

@@ -2,13 +2,13 @@
 
 use clap::Args;
 
-/// Keeping of complete members while a sweep runs.
+/// Keeping of finished work while a study runs.
 #[derive(Debug, Args)]
 pub(crate) struct ResumeArgs {
-    /// Go on from the members that an interrupted run has kept
+    /// Go on from the finished work that an interrupted run has kept
     #[arg(long)]
     pub resume: bool,
-    /// Longest time between two writes of the complete members [default: 5 s]
+    /// Time between two writes of the finished work [default: 5 s]
     #[arg(long, value_name = "TIME")]
     pub checkpoint_interval: Option<String>,
 }

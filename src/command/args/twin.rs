@@ -30,6 +30,9 @@ pub(crate) struct TwinArgs {
     /// Overwrite an existing file, or a folder that holds the report of another case
     #[arg(long)]
     pub force: bool,
+    /// End a study after this time, such as "2 h", with the data sets so far
+    #[arg(long, value_name = "TIME", requires = "study")]
+    pub limit_time: Option<String>,
     /// Print the summary of a study as JSON
     #[arg(long, requires = "study")]
     pub json: bool,

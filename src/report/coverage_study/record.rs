@@ -43,7 +43,7 @@ impl<'a> CoverageStudyRecord<'a> {
             (factor.name.as_str(), record)
         });
         Self {
-            requested: outcome.fits.len(),
+            requested: outcome.requested,
             converged: outcome.converged(),
             noise_k: outcome.noise_k,
             correlation_time_s: outcome.noise.correlation_s,
