@@ -1,8 +1,8 @@
 //! `bondline estimate`: factors fitted to observations.
 
 use crate::command::args::convert;
-use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs};
-use crate::command::exit::{Failure, Output};
+use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, ResumeArgs};
+use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load, load_all};
 use bondline::session::EstimateOptions;
 use std::path::{Path, PathBuf};
@@ -15,6 +15,7 @@ pub(crate) struct Arguments<'a> {
     pub fit: &'a FitArgs,
     pub posterior: &'a PosteriorArgs,
     pub seed: u64,
+    pub resume: &'a ResumeArgs,
 }
 
 pub(crate) fn run(args: &CaseArgs, arguments: &Arguments<'_>) -> Result<Output, Failure> {
@@ -31,7 +32,11 @@ pub(crate) fn run(args: &CaseArgs, arguments: &Arguments<'_>) -> Result<Output, 
         posterior: convert::walkers(arguments.posterior, arguments.seed),
     };
     options.check(&case)?;
-    let mut run = Run::open_with_id("estimate", args, case, &id)?;
+    let has_posterior = options.posterior.is_some();
+    if let (false, Some(option)) = (has_posterior, arguments.resume.given_option()) {
+        return Err(input(format!("{option}: without --posterior nothing is kept")));
+    }
+    let mut run = Run::open_with("estimate", args, case, &id, has_posterior.then_some(arguments.resume))?;
     run.session.estimate(&options)?;
     run.finish(None)
 }

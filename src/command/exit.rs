@@ -4,6 +4,7 @@ use bondline::case::CaseError;
 use bondline::march::MarchError;
 use bondline::report::ReportError;
 use bondline::session::{InputError, SessionError};
+use std::io::ErrorKind;
 
 /// The output of a command that ran.
 pub(crate) struct Output {
@@ -28,10 +29,10 @@ pub(crate) fn input(message: impl ToString) -> Failure {
     Failure::Input(anyhow::anyhow!(message.to_string()))
 }
 
-/// An error of opening the folder of the outputs, before any work.
+/// An error of opening the folder of the outputs, before any work. A full disk is no error of the input.
 pub(crate) fn unusable_folder(error: ReportError) -> Failure {
     match error {
-        ReportError::Io { .. } => Failure::Input(error.into()),
+        ReportError::Io { ref source, .. } if source.kind() != ErrorKind::StorageFull => Failure::Input(error.into()),
         other => other.into(),
     }
 }

@@ -7,14 +7,16 @@ use bondline::Session;
 use bondline::ensemble::Ensemble;
 use bondline::report::ReportError;
 use bondline::report::files::{MemberRow, MembersFile, TracesFile};
+use bondline::session::{CancelToken, SessionError};
 use bondline::study::nominal::Peak;
 use bondline::traces::{MemberStatus, Traces};
 use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// The open files, and the first error of writing them.
+/// The open files, and the error of writing them, which cancels the sweep.
 pub(crate) struct MemberOutput {
+    cancel: CancelToken,
     instants_s: Vec<f64>,
     members: Option<MembersFile>,
     traces: Option<TracesFile>,
@@ -31,10 +33,12 @@ impl MemberOutput {
         keep: Option<KeepArg>,
         part: Option<&Range<usize>>,
         resumable: Option<&Resumable>,
+        cancel: &CancelToken,
     ) -> Result<Self, Failure> {
         let part = part.map_or(String::new(), |part| format!("-{}-{}", part.start, part.end));
         let (case, instants_s) = (session.case(), session.plan().instants_s().to_vec());
-        let mut output = Self { instants_s, members: None, traces: None, result: Ok(()) };
+        let cancel = cancel.clone();
+        let mut output = Self { cancel, instants_s, members: None, traces: None, result: Ok(()) };
         let (Some(keep), Some(Resumable { checkpoint, kept })) = (keep, resumable) else { return Ok(output) };
         let names: Vec<&str> = case.factors().iter().map(|factor| factor.name.as_str()).collect();
         let sensors: Vec<&str> = case.sensors().iter().map(|sensor| sensor.name.as_str()).collect();
@@ -66,11 +70,20 @@ impl MemberOutput {
         Ok(output)
     }
 
-    /// Append a batch of members. An error is returned by [`close`](Self::close), as the march does not stop for it.
+    /// Append a batch of members.
     pub(crate) fn append(&mut self, ensemble: &Ensemble, traces: &Traces) {
         if self.result.is_ok() {
             self.result = self.write(ensemble, traces);
         }
+        if self.result.is_err() {
+            self.cancel.cancel();
+        }
+    }
+
+    /// The result of the sweep, unless the files could not be written.
+    pub(crate) fn check<T>(&mut self, swept: Result<T, SessionError>) -> Result<T, Failure> {
+        std::mem::replace(&mut self.result, Ok(()))?;
+        Ok(swept?)
     }
 
     fn write(&mut self, ensemble: &Ensemble, traces: &Traces) -> Result<(), ReportError> {
@@ -91,7 +104,6 @@ impl MemberOutput {
 
     /// Complete the files. `origin` says what made the rows.
     pub(crate) fn close(self, origin: &[(&str, String)]) -> Result<(), Failure> {
-        self.result?;
         if let Some(file) = self.members {
             file.close(origin)?;
         }

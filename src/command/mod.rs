@@ -41,7 +41,7 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
         }
         Command::Merge(merge) => merge::run(&merge),
         Command::Sensitivity { case, data, step, method } => sensitivity::run(&case, &data, method, step),
-        Command::Estimate { case, others, data, fit, posterior, seed, compare } => {
+        Command::Estimate { case, others, data, fit, posterior, seed, compare, resume } => {
             let arguments = estimate::Arguments {
                 others: &others,
                 compare: compare.as_deref(),
@@ -49,13 +49,14 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
                 fit: &fit,
                 posterior: &posterior,
                 seed,
+                resume: &resume,
             };
             estimate::run(&case, &arguments)
         }
         Command::Study { case, sweep, resume, data, fit, posterior } => {
             study::run(&case, &sweep, &resume, &data, &fit, &posterior)
         }
-        Command::Size { case, size, sweep } => size::run(&case, &size, &sweep),
+        Command::Size { case, size, sweep, resume } => size::run(&case, &size, &sweep, &resume),
         Command::History { case, data, history } => history::run(&case, &data, &history),
         Command::Twin { twin, resume, data, fit } => match twin.study {
             None => twin::write_observations(&twin, &resume, &data, &fit),

@@ -1,4 +1,4 @@
-//! Finished work of an interrupted run: whether to go on from them, to refuse, or to start anew.
+//! Finished work of an interrupted run: whether to go on from it, to refuse, or to start anew.
 
 use crate::command::args::{CaseArgs, ResumeArgs, convert};
 use crate::command::exit::{Failure, input, unwritten};
@@ -26,8 +26,9 @@ impl Resumable {
         let path = checkpoint.folder().display().to_string();
         match &kept {
             Some(KeptWork { unit, range, requested, date, .. }) => {
+                let requested = requested.map_or(String::new(), |requested| format!(" of {requested}"));
                 let found = format!(
-                    "{path} keeps {unit} {}..{} of {requested} of a run of {date} that was interrupted",
+                    "{path} keeps {unit} {}..{}{requested} of a run of {date} that was interrupted",
                     range.start, range.end
                 );
                 if !resume.resume {

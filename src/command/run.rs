@@ -11,7 +11,7 @@ use crate::command::terminal::print_error;
 use bondline::Session;
 use bondline::case::{Case, RenamedKey};
 use bondline::report::files::OutputFolder;
-use bondline::session::Answers;
+use bondline::session::{Answers, CancelToken};
 use bondline::study::uncertainty::{self, failure_reason};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -21,6 +21,8 @@ pub(crate) struct Run {
     pub session: Session,
     pub folder: OutputFolder,
     pub resumable: Option<Resumable>,
+    /// Ends the studies of the session.
+    pub cancel: CancelToken,
     progress: MarchProgress,
     json: bool,
 }
@@ -32,7 +34,7 @@ impl Run {
         Self::open_with(command, args, case, &id, None)
     }
 
-    /// [`open`](Self::open) for a sweep that keeps its complete members.
+    /// [`open`](Self::open) for a study that keeps its finished work.
     pub(crate) fn open_resumable(
         command: &str,
         args: &CaseArgs,
@@ -43,12 +45,9 @@ impl Run {
         Self::open_with(command, args, case, &id, Some(resume))
     }
 
-    /// [`open`](Self::open) with an `id` that names all cases of the report.
-    pub(crate) fn open_with_id(command: &str, args: &CaseArgs, case: Case, id: &str) -> Result<Self, Failure> {
-        Self::open_with(command, args, case, id, None)
-    }
-
-    fn open_with(
+    /// [`open`](Self::open) with an `id` that names all cases of the report, and finished work kept if there is
+    /// `resume`.
+    pub(crate) fn open_with(
         command: &str,
         args: &CaseArgs,
         case: Case,
@@ -58,8 +57,9 @@ impl Run {
         let folder = OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
         let resumable = resume.map(|resume| Resumable::open(folder.checkpoint(), args, resume)).transpose()?;
         let progress = MarchProgress::new(args.march.quiet);
-        let session = open_session(args, case, resumable.as_ref(), &progress)?;
-        Ok(Self { session, folder, resumable, progress, json: args.json })
+        let cancel = token_of_signals();
+        let session = open_session(args, case, resumable.as_ref(), &cancel, &progress)?;
+        Ok(Self { session, folder, resumable, cancel, progress, json: args.json })
     }
 
     /// Remove the progress bar.
@@ -81,14 +81,15 @@ impl Run {
     }
 }
 
-/// A session that Ctrl-C and a time limit stop, and that keeps the members of its sweep.
+/// A session that a token and a time limit stop, and that keeps its finished work.
 pub(crate) fn open_session(
     args: &CaseArgs,
     case: Case,
     resumable: Option<&Resumable>,
+    cancel: &CancelToken,
     progress: &MarchProgress,
 ) -> Result<Session, Failure> {
-    let mut options = convert::options(&args.march, progress)?.cancel(&token_of_signals());
+    let mut options = convert::options(&args.march, progress)?.cancel(cancel);
     options.until = time_limit(args)?.map(|limit| Instant::now() + limit);
     options.checkpoint = resumable.map(|resumable| resumable.checkpoint.clone());
     Ok(Session::open(case, &options)?)

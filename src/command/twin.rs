@@ -25,8 +25,7 @@ pub(crate) fn write_observations(
         data.bounds.map(|_| "--bounds"),
         (!fit.factors.is_empty()).then_some("--factors"),
         fit.given_option(),
-        resume.resume.then_some("--resume"),
-        resume.checkpoint_interval.as_ref().map(|_| "--checkpoint-interval"),
+        resume.given_option(),
     ];
     if let Some(option) = given_options.into_iter().flatten().next() {
         return Err(input(format!(

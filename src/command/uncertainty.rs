@@ -7,6 +7,7 @@ use crate::command::member_output::MemberOutput;
 use crate::command::progress::MarchProgress;
 use crate::command::resume::Resumable;
 use crate::command::run::{Run, load, open_session, output_path, too_many_failed};
+use crate::command::stop::token_of_signals;
 use bondline::case::Case;
 use bondline::march::Backend;
 use bondline::report::files::PartFolder;
@@ -23,10 +24,11 @@ pub(crate) fn run(
     let case = load(&args.case, &args.march)?;
     options.check(&case)?;
     let mut run = Run::open_resumable("uncertainty", args, case, resume)?;
-    let Run { folder, session, resumable, .. } = &mut run;
+    let Run { folder, session, resumable, cancel, .. } = &mut run;
     let path_of = &mut |name: &str| folder.reserve(name);
-    let mut output = MemberOutput::create(path_of, session, keep, None, resumable.as_ref())?;
-    let found = session.uncertainty_with(&options, &mut |ensemble, traces| output.append(ensemble, traces))?;
+    let mut output = MemberOutput::create(path_of, session, keep, None, resumable.as_ref(), cancel)?;
+    let found = session.uncertainty_with(&options, &mut |ensemble, traces| output.append(ensemble, traces));
+    let found = output.check(found)?;
     let backend = session.answers().map(|answers| &answers.backend);
     output.close(&origin(session.case(), &SamplingRecord::from(&options), backend))?;
     run.finish(too_many_failed(&found.failures, found.members, sweep.max_failed))
@@ -48,13 +50,14 @@ pub(crate) fn write_part(
     let folder =
         PartFolder::open(&output_path("uncertainty", args, &id), &id, args.force, &name).map_err(unusable_folder)?;
     let resumable = Resumable::open(folder.checkpoint(&name), args, resume)?;
-    let progress = MarchProgress::new(args.march.quiet);
-    let mut session = open_session(args, case, Some(&resumable), &progress)?;
+    let (cancel, progress) = (token_of_signals(), MarchProgress::new(args.march.quiet));
+    let mut session = open_session(args, case, Some(&resumable), &cancel, &progress)?;
     let part = (members.len() < sweep.members).then_some(&members);
     let path_of = &mut |name: &str| Ok(folder.file(name));
-    let mut output = MemberOutput::create(path_of, &session, keep, part, Some(&resumable))?;
+    let mut output = MemberOutput::create(path_of, &session, keep, part, Some(&resumable), &cancel)?;
     let append = &mut |ensemble: &_, traces: &_| output.append(ensemble, traces);
-    let found = session.uncertainty_part(&options, members.clone(), append)?;
+    let found = session.uncertainty_part(&options, members.clone(), append);
+    let found = output.check(found)?;
     let draw = SamplingRecord::from(&options);
     output.close(&origin(session.case(), &draw, Some(&found.backend)))?;
     progress.clear();

@@ -58,17 +58,46 @@ pub fn ensemble_mcmc<P: LeastSquares>(
     iterations: usize,
     seed: u64,
 ) -> Result<EnsembleChains, P::Error> {
+    ensemble_mcmc_from(problem, starts, iterations, seed, Vec::new(), &mut |_| {})
+}
+
+/// [`ensemble_mcmc`], going on from the states of an earlier run after each of its iterations. `watch` receives the
+/// states after the other iterations.
+///
+/// # Errors
+/// Errors of the problem.
+pub(crate) fn ensemble_mcmc_from<P: LeastSquares>(
+    problem: &mut P,
+    starts: &DMatrix<f64>,
+    iterations: usize,
+    seed: u64,
+    earlier: Vec<ChainState>,
+    watch: &mut dyn FnMut(&ChainState),
+) -> Result<EnsembleChains, P::Error> {
     let (variables, walkers) = starts.shape();
     assert!(walkers >= 4, "expected at least four walkers, as each moves by two of the other half, found {walkers}");
     let bounds = problem.bounds().to_vec();
-    let mut points = starts.clone();
-    let mut objectives = objectives(problem, &points)?;
     let mut chains = vec![Vec::with_capacity(iterations * walkers); variables];
-    let (mut accepted, mut evaluations, mut lowest) = (0, walkers, (Vec::new(), f64::INFINITY));
+    let mut append = |points: &DMatrix<f64>| {
+        for (chain, row) in chains.iter_mut().zip(points.row_iter()) {
+            chain.extend(row.iter());
+        }
+    };
+    earlier.iter().for_each(|state| append(&state.points));
+    let finished = earlier.len();
+    let mut state = match earlier.into_iter().last() {
+        Some(state) => state,
+        None => {
+            let objectives = objectives(problem, starts)?;
+            let lowest = (Vec::new(), f64::INFINITY);
+            ChainState { points: starts.clone(), objectives, accepted: 0, evaluations: walkers, lowest }
+        }
+    };
     let halves = [0..walkers / 2, walkers / 2..walkers];
     let step = OPTIMAL_STEP / (2.0 * variables as f64).sqrt();
     let mut proposed = Vec::new();
-    for iteration in 0..iterations {
+    for iteration in finished..iterations {
+        let ChainState { points, objectives, accepted, evaluations, lowest } = &mut state;
         for (moving, standing) in [(&halves[0], &halves[1]), (&halves[1], &halves[0])] {
             proposed.clear();
             let mut proposals = Vec::with_capacity(moving.len());
@@ -90,24 +119,67 @@ pub fn ensemble_mcmc<P: LeastSquares>(
             }
             let trial_points = DMatrix::from_column_slice(variables, proposals.len(), &proposed);
             let trial_objectives = self::objectives(problem, &trial_points)?;
-            evaluations += proposals.len();
+            *evaluations += proposals.len();
             for (index, Proposal { walker, max_increase: favour }) in proposals.into_iter().enumerate() {
                 if favour + (objectives[walker] - trial_objectives[index]) / 2.0 > 0.0 {
                     points.set_column(walker, &trial_points.column(index));
                     objectives[walker] = trial_objectives[index];
-                    accepted += 1;
+                    *accepted += 1;
                     if trial_objectives[index] < lowest.1 {
-                        lowest = (trial_points.column(index).iter().copied().collect(), trial_objectives[index]);
+                        *lowest = (trial_points.column(index).iter().copied().collect(), trial_objectives[index]);
                     }
                 }
             }
         }
-        for (chain, row) in chains.iter_mut().zip(points.row_iter()) {
-            chain.extend(row.iter());
-        }
+        append(&state.points);
+        watch(&state);
     }
+    let ChainState { accepted, evaluations, lowest, .. } = state;
     let acceptance = accepted as f64 / (iterations * walkers).max(1) as f64;
     Ok(EnsembleChains { walkers, iterations, chains, acceptance, evaluations, lowest })
+}
+
+/// The state after an iteration, from which the next one starts.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ChainState {
+    /// Variable × walker.
+    points: DMatrix<f64>,
+    /// S of each walker.
+    objectives: Vec<f64>,
+    /// Proposals accepted, and points evaluated, since the start.
+    accepted: usize,
+    evaluations: usize,
+    /// The point with the lowest S so far, and that S; no point before the first is accepted.
+    lowest: (Vec<f64>, f64),
+}
+
+impl ChainState {
+    /// Length of a state as numbers.
+    pub(crate) fn length(variables: usize, walkers: usize) -> usize {
+        (variables + 1) * (walkers + 1) + 2
+    }
+
+    /// As numbers: points, objectives, counts, lowest S and its point.
+    pub(crate) fn to_numbers(&self) -> Vec<f64> {
+        let counts = [self.accepted as f64, self.evaluations as f64, self.lowest.1];
+        let mut numbers = [self.points.as_slice(), &self.objectives, &counts, &self.lowest.0].concat();
+        numbers.resize(Self::length(self.points.nrows(), self.points.ncols()), 0.0);
+        numbers
+    }
+
+    /// From the numbers of a state of as many variables and walkers.
+    pub(crate) fn from_numbers(numbers: &[f64], variables: usize, walkers: usize) -> Self {
+        let (points, rest) = numbers.split_at(variables * walkers);
+        let (objectives, rest) = rest.split_at(walkers);
+        let (counts, lowest) = rest.split_at(3);
+        Self {
+            points: DMatrix::from_column_slice(variables, walkers, points),
+            objectives: objectives.to_vec(),
+            accepted: counts[0] as usize,
+            evaluations: counts[1] as usize,
+            lowest: (if counts[2] < f64::INFINITY { lowest.to_vec() } else { Vec::new() }, counts[2]),
+        }
+    }
 }
 
 /// A proposal, and the largest accepted increase of S/2, `−ln u` of a uniform random u.
@@ -223,6 +295,28 @@ mod tests {
         };
         assert_eq!(walked(1), walked(1));
         assert_ne!(walked(1).chains, walked(2).chains);
+    }
+
+    #[test]
+    fn chains_go_on_from_any_iteration_to_the_same_bits() {
+        let starts = DMatrix::from_fn(2, 10, |j, walker| 0.1 * (walker as f64) + j as f64);
+        let mut problem = Problem { bounds: vec![WIDE; 2], residuals: |p: &[f64]| p.to_vec() };
+        let mut states = Vec::new();
+        let mut watch = |state: &ChainState| states.push(state.to_numbers());
+        let Ok(whole) = ensemble_mcmc_from(&mut problem, &starts, 20, 1, Vec::new(), &mut watch);
+        assert_eq!((states.len(), states[0].len()), (20, ChainState::length(2, 10)));
+        for kept in [0, 1, 13, 20] {
+            let earlier = states[..kept].iter().map(|numbers| ChainState::from_numbers(numbers, 2, 10)).collect();
+            let mut others = Vec::new();
+            let mut watch = |state: &ChainState| others.push(state.to_numbers());
+            let Ok(resumed) = ensemble_mcmc_from(&mut problem, &starts, 20, 1, earlier, &mut watch);
+            assert_eq!(resumed, whole);
+            assert_eq!(others, states[kept..]);
+        }
+        // Another state is noticed in the chains.
+        let other = [&states[0], &states[2]].map(|numbers| ChainState::from_numbers(numbers, 2, 10)).to_vec();
+        let Ok(other) = ensemble_mcmc_from(&mut problem, &starts, 20, 1, other, &mut |_| {});
+        assert_ne!(other, whole);
     }
 
     /// Two modes of equal density, one twice as wide: it holds two thirds of the probability, though the walkers start

@@ -57,6 +57,7 @@ pub mod termination;
 mod trust_region;
 
 pub use chain_diagnostics::ChainDiagnostics;
+pub(crate) use ensemble_mcmc::{ChainState, ensemble_mcmc_from};
 pub use ensemble_mcmc::{EnsembleChains, ensemble_mcmc};
 pub use finite_differences::finite_difference_tangent;
 pub use identifiability::{CovarianceSummary, covariance_summary};

@@ -1,12 +1,15 @@
 //! Finished work, kept in a folder while a study runs: after a kill, it goes on from there. Members of a sweep are kept
 //! as the statistics of one [piece](crate::study::sweep_piece), whose size does not grow with their number; a coverage
-//! study keeps its fits.
+//! study keeps its fits; a posterior and a sizing keep the rows of their [log](crate::study::work_log).
 
 use super::error::{InputError, SessionError};
 use super::merge::difference;
 use crate::study::coverage_study::{DataSetFit, kept_fits::KeptFits};
+use crate::study::kept_rows::KeptRows;
+use crate::study::row_journal::RowJournal;
 use crate::study::sweep_piece::Piece;
 use crate::study::uncertainty::SweepStatistics;
+use crate::study::work_log::WorkLog;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::ops::Range;
@@ -17,13 +20,29 @@ use std::time::{Duration, Instant};
 const SWEEP: &str = "sweep.json";
 const FITS: &str = "fits.json";
 
+/// The files of a study that keeps the rows of its log.
+#[derive(Clone, Copy)]
+pub(super) struct RowFiles {
+    /// What the rows are of, and their number.
+    head: &'static str,
+    rows: &'static str,
+    unit: &'static str,
+}
+
+/// Iterations of a posterior.
+pub(super) const ITERATIONS: RowFiles =
+    RowFiles { head: "iterations.json", rows: "iterations.rows", unit: "iterations" };
+
+/// Members that a sizing has marched.
+pub(super) const MARCHES: RowFiles = RowFiles { head: "marches.json", rows: "marches.rows", unit: "marches" };
+
 /// Longest time between two writes by default.
 const INTERVAL: Duration = Duration::from_secs(5);
 
 /// A write may take this share of the time.
 const MAX_TIME_SHARE: u32 = 20;
 
-/// A folder for the complete members of a sweep, or the fits of a coverage study.
+/// A folder for the finished work of a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Checkpoint {
     folder: PathBuf,
@@ -34,21 +53,21 @@ pub struct Checkpoint {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct KeptWork {
-    /// `members` or `data sets`.
+    /// `members`, `data sets`, `iterations` or `marches`.
     pub unit: &'static str,
     /// First, and one past the last.
     pub range: Range<usize>,
     /// Number of them that completed.
     pub completed: usize,
-    /// Number of the whole sweep or study.
-    pub requested: usize,
+    /// Number of the whole sweep or study; `None` for a sizing, whose marches are not known before its end.
+    pub requested: Option<usize>,
     /// When the run began that kept them, UTC.
     pub date: String,
 }
 
 impl Checkpoint {
-    /// A folder, which is made when work is kept: every five seconds, or after every batch of members or block of fits
-    /// if that takes longer.
+    /// A folder, which is made when work is kept: every five seconds, or after every batch of members, block of fits or
+    /// iteration if that takes longer.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into(), interval: INTERVAL }
     }
@@ -70,19 +89,26 @@ impl Checkpoint {
     /// # Errors
     /// When a file cannot be read or is damaged.
     pub fn found(&self) -> Result<Option<KeptWork>, SessionError> {
+        // The posterior of a study begins after its sweep.
+        for files in [ITERATIONS, MARCHES] {
+            if let Some(KeptRows { run, finished, requested, .. }) = self.read(files.head, KeptRows::from_json)? {
+                let (unit, range, date) = (files.unit, 0..finished, run.date);
+                return Ok(Some(KeptWork { unit, range, completed: finished, requested, date }));
+            }
+        }
         if let Some(piece) = self.piece()? {
             let (range, completed) = (piece.members.clone(), piece.completed());
-            let (requested, date) = (piece.draw.members, piece.run.date);
+            let (requested, date) = (Some(piece.draw.members), piece.run.date);
             return Ok(Some(KeptWork { unit: "members", range, completed, requested, date }));
         }
         let kept = |fits: KeptFits| KeptWork {
             unit: "data sets",
             range: 0..fits.len(),
             completed: fits.len(),
-            requested: fits.requested,
+            requested: Some(fits.requested),
             date: fits.run.date,
         };
-        Ok(self.fits()?.map(kept))
+        Ok(self.read(FITS, KeptFits::from_json)?.map(kept))
     }
 
     /// Remove the folder, once the answer is in safety.
@@ -91,7 +117,7 @@ impl Checkpoint {
     /// When a file cannot be removed.
     pub fn remove(&self) -> io::Result<()> {
         // These go first: what is left cannot be taken for finished work.
-        let files = [SWEEP, FITS].map(|name| fs::remove_file(self.folder.join(name)));
+        let files = [SWEEP, FITS, ITERATIONS.head, MARCHES.head].map(|name| fs::remove_file(self.folder.join(name)));
         for removed in files.into_iter().chain([fs::remove_dir_all(&self.folder)]) {
             removed.or_else(|error| if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) })?;
         }
@@ -103,14 +129,14 @@ impl Checkpoint {
         if path.exists() { Ok(Some(Piece::read(&path)?.0)) } else { Ok(None) }
     }
 
-    fn fits(&self) -> Result<Option<KeptFits>, SessionError> {
-        let path = self.folder.join(FITS);
+    fn read<T>(&self, name: &str, content: fn(&str) -> Result<T, String>) -> Result<Option<T>, SessionError> {
+        let path = self.folder.join(name);
         if !path.exists() {
             return Ok(None);
         }
         let fault = |message: String| InputError::general(format!("{}: {message}", path.display()));
         let text = fs::read_to_string(&path).map_err(|error| fault(error.to_string()))?;
-        Ok(Some(KeptFits::from_json(&text).map_err(fault)?))
+        Ok(Some(content(&text).map_err(fault)?))
     }
 
     fn write(&self, name: &str, text: &str) -> io::Result<()> {
@@ -148,9 +174,13 @@ impl Keeper {
         }
         let start = Instant::now();
         if let Err(error) = self.checkpoint.write(name, &text()) {
-            self.error = Some(format!("{}: {error}", self.checkpoint.folder.display()));
+            self.fail(error);
         }
         (self.last, self.last_took) = (Instant::now(), start.elapsed());
+    }
+
+    fn fail(&mut self, error: io::Error) {
+        self.error = Some(format!("{}: {error}", self.checkpoint.folder.display()));
     }
 
     fn remark(self) -> Option<String> {
@@ -236,13 +266,9 @@ impl FitKeeper {
     /// # Errors
     /// When they are of another study or damaged.
     pub(super) fn kept(&self) -> Result<Vec<DataSetFit>, SessionError> {
-        let Some(kept) = self.keeper.checkpoint.fits()? else { return Ok(Vec::new()) };
-        if kept.study == self.fits.study {
-            return Ok(kept.fits());
-        }
-        let folder = self.keeper.checkpoint.folder.display();
-        let (found, expected) = (kept.study, &self.fits.study);
-        Err(InputError::general(format!("{folder} keeps fits of another study: {found}, expected {expected}")).into())
+        let Some(kept) = self.keeper.checkpoint.read(FITS, KeptFits::from_json)? else { return Ok(Vec::new()) };
+        check_study(&self.keeper.checkpoint, "fits", &kept.study, &self.fits.study)?;
+        Ok(kept.fits())
     }
 
     /// Keep the fits if the last time is long enough ago.
@@ -262,4 +288,93 @@ impl FitKeeper {
     pub(super) fn remark(self) -> Option<String> {
         self.keeper.remark()
     }
+}
+
+/// Keeps the rows of the log of one study, and has those of an earlier run.
+pub(super) struct RowKeeper {
+    keeper: Keeper,
+    files: RowFiles,
+    head: KeptRows,
+    journal: RowJournal,
+    /// Rows of the earlier run, and the number of them that were taken.
+    earlier: Vec<f64>,
+    taken: usize,
+}
+
+impl RowKeeper {
+    /// `head` is of the study, without rows.
+    ///
+    /// # Errors
+    /// When the kept rows are of another study or damaged, or the folder cannot be written.
+    pub(super) fn open(checkpoint: Checkpoint, files: RowFiles, mut head: KeptRows) -> Result<Self, SessionError> {
+        let folder = checkpoint.folder.clone();
+        if let Some(kept) = checkpoint.read(files.head, KeptRows::from_json)? {
+            check_study(&checkpoint, files.unit, &kept.study, &head.study)?;
+            head.finished = kept.finished;
+        }
+        let fault = |message: String| InputError::general(format!("{}: {message}", folder.display()));
+        let mut earlier = Vec::new();
+        // A row follows its number.
+        let journal = fs::create_dir_all(&folder).and_then(|()| {
+            RowJournal::open(&folder.join(files.rows), 1 + head.columns, head.finished, |row| {
+                earlier.extend(&row[1..]);
+                Ok::<(), io::Error>(())
+            })
+        });
+        let journal = journal.map_err(|error| fault(error.to_string()))?;
+        let (found, expected, unit) = (earlier.len() / head.columns, head.finished, files.unit);
+        if found != expected {
+            return Err(fault(format!("damaged: {found} {unit}, expected {expected}")).into());
+        }
+        Ok(Self { keeper: Keeper::new(checkpoint), files, head, journal, earlier, taken: 0 })
+    }
+
+    /// Number of rows that are kept.
+    pub(super) fn finished(&self) -> usize {
+        self.head.finished
+    }
+
+    /// Keep the rows now.
+    pub(super) fn keep(&mut self) {
+        match self.journal.commit().and_then(|()| self.journal.sync()) {
+            Ok(()) => self.keeper.keep(self.files.head, || self.head.to_json()),
+            Err(error) => self.keeper.fail(error),
+        }
+    }
+
+    /// The first error.
+    pub(super) fn remark(self) -> Option<String> {
+        self.keeper.remark()
+    }
+}
+
+impl WorkLog for RowKeeper {
+    fn next(&mut self) -> Option<&[f64]> {
+        let start = self.taken * self.head.columns;
+        let row = self.earlier.get(start..start + self.head.columns)?;
+        self.taken += 1;
+        Some(row)
+    }
+
+    fn add(&mut self, row: &[f64]) {
+        if self.keeper.error.is_some() {
+            return;
+        }
+        self.journal.add(self.head.finished as f64);
+        row.iter().for_each(|&number| self.journal.add(number));
+        self.head.finished += 1;
+        if self.keeper.is_due() {
+            self.keep();
+        }
+    }
+}
+
+/// # Errors
+/// When the kept work is of another study.
+fn check_study(checkpoint: &Checkpoint, unit: &str, found: &str, expected: &str) -> Result<(), InputError> {
+    if found == expected {
+        return Ok(());
+    }
+    let folder = checkpoint.folder.display();
+    Err(InputError::general(format!("{folder} keeps {unit} of another study: {found}, expected {expected}")))
 }

@@ -43,23 +43,31 @@ use crate::study::coverage_study::{CoverageDesign, CoverageStudy};
 use crate::study::coverage_study::{DataSetFit, coverage_study_from, kept_fits::KeptFits};
 use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use crate::study::flux_inversion::{FluxInversion, invert_flux};
+#[cfg(feature = "serde")]
+use crate::study::kept_rows::KeptRows;
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
-use crate::study::posterior::{Walkers, posterior};
+#[cfg(feature = "serde")]
+use crate::study::posterior::{PosteriorError, log_columns};
+use crate::study::posterior::{Walkers, posterior_from};
 use crate::study::run_record::RunRecord;
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
-use crate::study::size::{Sizing, size};
+#[cfg(feature = "serde")]
+use crate::study::size::{LOG_COLUMNS, SizeError};
+use crate::study::size::{Sizing, size_from};
 #[cfg(feature = "serde")]
 use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
 use crate::study::timing::Timing;
 use crate::study::twin::{SyntheticData, twin};
 use crate::study::uncertainty::{SweepStatistics, Uncertainty, failure_reason};
+#[cfg(not(feature = "serde"))]
+use crate::study::work_log::NoLog;
 #[cfg(feature = "serde")]
 use crate::traces::MemberStatus;
 use crate::traces::Traces;
 #[cfg(feature = "serde")]
-use checkpoint::{FitKeeper, SweepKeeper};
+use checkpoint::{FitKeeper, ITERATIONS, MARCHES, RowFiles, RowKeeper, SweepKeeper};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 #[cfg(feature = "serde")]
@@ -69,7 +77,8 @@ use std::time::{Duration, Instant};
 /// Members per batch of an estimate or of derivatives, by which `auto` chooses the backend.
 const ESTIMATE_MEMBERS: usize = 16;
 
-/// Called with each completed batch of members, and the ensemble that it belongs to.
+/// Called with each completed batch of members, and the ensemble that it belongs to. If it cancels the token of the
+/// session, the sweep ends, and a checkpoint does not take the batch.
 pub type MembersCallback<'a> = dyn FnMut(&Ensemble, &Traces) + Send + 'a;
 
 /// A case with its grid, its time steps and its open marches.
@@ -288,8 +297,19 @@ impl Session {
         let (demand, sweep) = (options.requirement(&self.case)?, options.sweep);
         self.run("size", self.case.clone(), sweep.members, |study| {
             study.predict()?;
+            let draw = sweep.sweep();
+            #[cfg(feature = "serde")]
+            let mut log = {
+                let options = format!("{demand:?}, {draw:?}");
+                study.row_keeper(MARCHES, &options, (LOG_COLUMNS, None))?
+            };
+            #[cfg(not(feature = "serde"))]
+            let mut log = NoLog;
             let RunningStudy { march, answers, .. } = study;
-            let found = size(&answers.case, *march, &demand, &sweep.sweep())?;
+            let found = size_from(&answers.case, *march, &demand, &draw, &mut log);
+            #[cfg(feature = "serde")]
+            answers.run.remarks.extend(end_of_log(log, matches!(found, Err(SizeError::March(_)))));
+            let found = found?;
             answers.seed = Some(sweep.seed);
             answers.sizing = Some(found.clone());
             Ok(found)
@@ -559,17 +579,22 @@ impl RunningStudy<'_> {
             None => part,
         };
         self.march.begin_sweep(part.len());
+        #[cfg(feature = "serde")]
+        let (monitor, is_cancelled) =
+            (self.march.monitor(), |found: Result<(), MarchError>| matches!(found, Err(MarchError::Cancelled)));
         let marched =
             gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, &mut |so_far, of, batch| {
                 members(of, batch);
                 #[cfg(feature = "serde")]
-                keeper.iter_mut().for_each(|keeper| keeper.update(so_far));
+                if !is_cancelled(monitor.check()) {
+                    keeper.iter_mut().for_each(|keeper| keeper.update(so_far));
+                }
                 #[cfg(not(feature = "serde"))]
                 let _ = so_far;
             });
         #[cfg(feature = "serde")]
         if let Some(mut keeper) = keeper {
-            if marched.is_err() && gathered.members() > 0 {
+            if marched.is_err() && gathered.members() > 0 && !is_cancelled(monitor.check()) {
                 keeper.keep(&gathered);
             }
             self.answers.run.remarks.extend(keeper.remark());
@@ -599,6 +624,22 @@ impl RunningStudy<'_> {
         Some(SweepKeeper::new(checkpoint, Piece::new(mark, draw, &self.march.backend(), run, members, nominal, empty)))
     }
 
+    /// Keeps the rows of the log of a study, if the session has a checkpoint. `size` is the length of a row, and the
+    /// number of rows if it is known.
+    #[cfg(feature = "serde")]
+    fn row_keeper(
+        &self,
+        files: RowFiles,
+        options: &str,
+        size: (usize, Option<usize>),
+    ) -> Result<Option<RowKeeper>, SessionError> {
+        let Some(checkpoint) = self.checkpoint.clone() else { return Ok(None) };
+        let Answers { case, other_cases, run, .. } = &self.answers;
+        let cases = std::iter::once(case).chain(other_cases);
+        let head = KeptRows::new(cases, &self.march.backend(), run.clone(), options, size);
+        RowKeeper::open(checkpoint, files, head).map(Some)
+    }
+
     fn sensitivity(&mut self, options: &SensitivityOptions) -> Result<Sensitivity, SessionError> {
         let step = options.step(self.march.backend().precision);
         let found = sensitivity(&self.answers.case, self.plan, self.march, step)?;
@@ -614,8 +655,22 @@ impl RunningStudy<'_> {
         let runs: Vec<(&Case, &Plan)> = std::iter::once((case, self.plan)).chain(others.iter().zip(&plans)).collect();
         let found = estimate(&runs, self.march, &search)?;
         if let Some(walkers) = walkers {
-            self.march.begin_sweep(runs.len() * walkers.number * walkers.iterations);
-            self.answers.posterior = Some(posterior(&runs, self.march, &found, walkers)?);
+            let iterations = walkers.iterations;
+            #[cfg(feature = "serde")]
+            let mut log = {
+                let options = format!("{search:?}, {:?}, {walkers:?}", found.values);
+                let size = (log_columns(&found, walkers), Some(iterations));
+                self.row_keeper(ITERATIONS, &options, size)?
+            };
+            #[cfg(feature = "serde")]
+            let iterations = iterations - log.as_ref().map_or(0, RowKeeper::finished);
+            #[cfg(not(feature = "serde"))]
+            let mut log = NoLog;
+            self.march.begin_sweep(runs.len() * walkers.number * iterations);
+            let sampled = posterior_from(&runs, self.march, &found, walkers, &mut log);
+            #[cfg(feature = "serde")]
+            self.answers.run.remarks.extend(end_of_log(log, matches!(sampled, Err(PosteriorError::March(_)))));
+            self.answers.posterior = Some(sampled?);
             self.answers.seed = Some(walkers.seed);
         }
         self.answers.estimated = Some(found.clone());
@@ -631,6 +686,16 @@ impl RunningStudy<'_> {
             Some(compare_models((&self.answers.case, first), (&other, &plan), self.march, &search)?);
         Ok(())
     }
+}
+
+/// Keep the last rows of a study that was interrupted. Returns the first error.
+#[cfg(feature = "serde")]
+fn end_of_log(log: Option<RowKeeper>, is_interrupted: bool) -> Option<String> {
+    let mut keeper = log?;
+    if is_interrupted && keeper.finished() > 0 {
+        keeper.keep();
+    }
+    keeper.remark()
 }
 
 /// A case with the tolerance of the session, if it has one.

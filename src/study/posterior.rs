@@ -17,9 +17,11 @@ pub use predictive::{PosteriorPredictive, PredictiveBand, SensorPredictive};
 
 use super::estimate::{ParameterEstimates, priors};
 use super::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
+use super::work_log::{NoLog, WorkLog};
 use crate::case::Case;
 use crate::fit::{
-    ChainDiagnostics, EnsembleChains, LeastSquares, RobustProblem, WeightedProblem, WithPriors, ensemble_mcmc,
+    ChainDiagnostics, ChainState, EnsembleChains, LeastSquares, RobustProblem, WeightedProblem, WithPriors,
+    ensemble_mcmc_from,
 };
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
@@ -105,6 +107,26 @@ pub fn posterior(
     found: &ParameterEstimates,
     walkers: &Walkers,
 ) -> Result<Posterior, PosteriorError> {
+    posterior_from(runs, march, found, walkers, &mut NoLog)
+}
+
+/// Numbers of a row in the log of a posterior.
+#[cfg(feature = "serde")]
+pub(crate) fn log_columns(found: &ParameterEstimates, walkers: &Walkers) -> usize {
+    ChainState::length(found.factors.len(), walkers.number)
+}
+
+/// [`posterior`], with a log of the iterations.
+///
+/// # Errors
+/// As [`posterior`].
+pub(crate) fn posterior_from(
+    runs: &[(&Case, &Plan)],
+    march: &mut dyn March,
+    found: &ParameterEstimates,
+    walkers: &Walkers,
+    log: &mut dyn WorkLog,
+) -> Result<Posterior, PosteriorError> {
     let factors = found.factors.len();
     // Each half of the walkers spans the parameter space only with more walkers than factors.
     let least = 2 * (factors + 1);
@@ -126,7 +148,10 @@ pub fn posterior(
     let problem = WeightedProblem { problem: RobustProblem { problem, loss: found.loss }, weight };
     let mut problem = WithPriors { problem, priors: priors(&found.factors, found.prior) };
     let estimate = problem.residuals(&DMatrix::from_column_slice(factors, 1, &found.values))?.norm_squared();
-    let sampled = ensemble_mcmc(&mut problem, &starts(found, walkers), walkers.iterations, walkers.seed)?;
+    let Walkers { number, iterations, seed } = *walkers;
+    let earlier = std::iter::from_fn(|| Some(ChainState::from_numbers(log.next()?, factors, number))).collect();
+    let watch = &mut |state: &ChainState| log.add(&state.to_numbers());
+    let sampled = ensemble_mcmc_from(&mut problem, &starts(found, walkers), iterations, seed, earlier, watch)?;
 
     let burn_in = burn_in(&sampled);
     let chains: Vec<&[f64]> = sampled.chains.iter().map(|chain| &chain[burn_in * sampled.walkers..]).collect();
@@ -138,8 +163,8 @@ pub fn posterior(
     let pairs =
         pairs.map(|(y, x)| PairMarginal::of((x, chains[x], &marginals[x]), (y, chains[y], &marginals[y]))).collect();
 
-    let WithPriors { problem: WeightedProblem { problem: RobustProblem { problem: walked, .. }, .. }, .. } = problem;
-    let mut marches = walked.marches + runs.len() * draws.len();
+    // One more of each case for the estimate.
+    let mut marches = runs.len() * (1 + sampled.evaluations + draws.len());
     let mut gains_k = Vec::with_capacity(runs.len());
     for (which, run) in runs.iter().enumerate() {
         let (of_case_k, taken) = discrepancy::gains_k(*run, which, found, march)?;

@@ -9,6 +9,7 @@ pub use required_thickness::RequiredThickness;
 use super::nominal::{Peak, nominal};
 use super::proportion::{Proportion, counts_below_95, quantile_ranks_95};
 use super::uncertainty::{Failure, Sweep, uncertainty};
+use super::work_log::{NoLog, WorkLog};
 use crate::adapt::adapt_monitored;
 use crate::case::Case;
 use crate::ensemble::{Sampling, SamplingKind};
@@ -16,6 +17,10 @@ use crate::march::{March, MarchError};
 use crate::traces::MemberStatus;
 use scalable_case::{mass_kg_m2, with_scaled_plies};
 use thickness_march::{ThicknessMarch, guess_thickness_m};
+
+/// Numbers of a row in the log of a sizing.
+#[cfg(feature = "serde")]
+pub(crate) use thickness_march::LOG_COLUMNS;
 
 /// Requirement on a ply.
 #[derive(Clone, Debug, PartialEq)]
@@ -170,10 +175,24 @@ pub fn size(
     demand: &SizingRequirement,
     sweep: &Sweep,
 ) -> Result<Sizing, SizeError> {
+    size_from(case, march, demand, sweep, &mut NoLog)
+}
+
+/// [`size`], with a log of the members that are marched, but for those of the independent check.
+///
+/// # Errors
+/// As [`size`].
+pub(crate) fn size_from(
+    case: &Case,
+    march: &mut dyn March,
+    demand: &SizingRequirement,
+    sweep: &Sweep,
+    log: &mut dyn WorkLog,
+) -> Result<Sizing, SizeError> {
     if case.factors.is_empty() {
         return Err(SizeError::NoFactors);
     }
-    let mut trial = ThicknessMarch::new(case, march, demand)?;
+    let mut trial = ThicknessMarch::new(case, march, demand, log)?;
     let drawn_m = trial.scalable.case_thickness_m;
     let within_m = demand.thickness_range_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
     let nominal_row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();

@@ -15,6 +15,7 @@ mod resume; // sweeps that were killed, stopped and resumed
 mod sizing_and_coverage; // sizing and coverage studies; independence of the number of threads
 mod studies; // predict, uncertainty, sensitivity, estimate, study, twin
 mod synthetic_observations; // committed synthetic observations, made again
+mod trials; // kills, races and full disks at random moments
 
 use crate::support::Scratch;
 use std::ffi::OsStr;

@@ -1,7 +1,7 @@
 //! Interrupted sweeps: killed, stopped by a signal or a time limit, and resumed.
 
-use super::{CASE, CommandResult, command, run};
-use crate::support::{Scratch, Uniform, without_run};
+use super::{CASE, CommandResult, OBSERVATIONS, command, run};
+use crate::support::{Scratch, without_run};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -10,58 +10,25 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Start a command.
-fn started(scratch: &Scratch, line: &str) -> Child {
+pub(super) fn started(scratch: &Scratch, line: &str) -> Child {
     let mut command = command(scratch);
     let command = command.args(line.split_whitespace()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().expect("the binary starts")
 }
 
-/// Start a command and kill it after a time.
-fn killed(scratch: &Scratch, line: &str, after: Duration) {
-    let mut child = started(scratch, line);
-    sleep(after);
-    // It may have ended before.
-    let _ = child.kill();
-    child.wait().expect("it ends");
-}
-
-/// The summary without what differs between runs, and the Parquet file.
-fn results(scratch: &Scratch, folder: &str) -> (Value, Vec<u8>) {
-    let summary = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
-    let members = fs::read(scratch.path().join(folder).join("members.parquet")).expect("a Parquet file");
-    (without_run(summary), members)
+/// Wait for the end of a command.
+#[track_caller]
+pub(super) fn ended(child: Child) -> CommandResult {
+    let output = child.wait_with_output().expect("it ends");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let code = output.status.code().expect("it ends by itself");
+    CommandResult { code, stdout: text(&output.stdout), stderr: text(&output.stderr) }
 }
 
 /// The files in a folder and hidden ones.
 fn files(scratch: &Scratch, folder: &str) -> Vec<PathBuf> {
     let inside = scratch.files().into_iter().filter_map(|path| path.strip_prefix(folder).map(PathBuf::from).ok());
     inside.collect()
-}
-
-/// A sweep is killed at a random moment, killed again while it is resumed, and resumed to its end.
-#[test]
-fn a_sweep_that_is_killed_at_any_moment_is_resumed_to_the_same_bits_and_leaves_no_file() {
-    let scratch = Scratch::new("killed");
-    scratch.write("c/case.toml", CASE);
-    let (trials, members) = if std::env::var_os("BONDLINE_ALL").is_some() { (100, 200_000) } else { (5, 20_000) };
-    let line = format!("uncertainty c -n {members} --keep members --checkpoint-interval 0.02s --out");
-    let start = Instant::now();
-    run(&scratch, &format!("{line} whole/one")).succeeded();
-    let duration = start.elapsed();
-    let (expected, expected_files) = (results(&scratch, "whole/one"), files(&scratch, "whole"));
-    let (mut random, mut resumed) = (Uniform(1), 0);
-    for trial in 0..trials {
-        let moments = [duration.mul_f64(random.next()), duration.mul_f64(random.next())];
-        killed(&scratch, &format!("{line} killed/one"), moments[0]);
-        killed(&scratch, &format!("{line} killed/one --resume"), moments[1]);
-        let ended = run(&scratch, &format!("{line} killed/one --resume")).succeeded();
-        let said = format!("of {members} of a run of ");
-        resumed += usize::from(ended.stderr.contains(&said) && ended.stderr.contains("going on from there"));
-        assert!(results(&scratch, "killed/one") == expected, "trial {trial}, killed after {moments:?}");
-        assert_eq!(files(&scratch, "killed"), expected_files, "trial {trial}, killed after {moments:?}");
-        fs::remove_dir_all(scratch.path().join("killed")).expect("a folder of this test");
-    }
-    assert!(2 * resumed >= trials, "only {resumed} of {trials} sweeps went on from kept members");
 }
 
 #[test]
@@ -149,12 +116,40 @@ fn an_interrupt_and_a_request_to_terminate_end_a_sweep_with_an_answer() {
         wait_for_file(&scratch, "one.checkpoint/sweep.json");
         let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
         assert!(sent.expect("kill is there").success());
-        let output = child.wait_with_output().expect("it ends");
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let code = output.status.code().expect("it ends by itself");
-        partial(&scratch, &CommandResult { code, stdout: text(&output.stdout), stderr: text(&output.stderr) });
+        partial(&scratch, &ended(child));
         let hidden = |path: &&PathBuf| path.to_string_lossy().starts_with('.');
         assert_eq!(scratch.files().iter().filter(hidden).count(), 0, "{:?}", scratch.files());
+    }
+}
+
+/// Kill a study once it has kept finished work, and resume it. `other` is an option of another study.
+#[track_caller]
+fn resumed_to_the_same_bits(scratch: &Scratch, line: &str, file: &str, kept: &str, other: &str) {
+    let line = format!("{line} --checkpoint-interval 0s --out");
+    run(scratch, &format!("{line} whole/one")).succeeded();
+    let mut child = started(scratch, &format!("{line} killed/one"));
+    wait_for_file(scratch, &format!("killed/one.checkpoint/{file}"));
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
+    run(scratch, &format!("{line} killed/one")).exited_with(2).with_stderr(&[kept, "give --resume to go on"]);
+    let refused = run(scratch, &format!("{line} killed/one {other} --resume")).exited_with(2);
+    assert!(refused.stderr.contains("of another study: case c ("), "{}", refused.stderr);
+    let path = scratch.path().join("killed/one.checkpoint").join(file);
+    let sound = fs::read(&path).expect("finished work");
+    let mut changed = sound.clone();
+    changed[sound.len() / 2] ^= 1;
+    fs::write(&path, changed).expect("a file of this test");
+    run(scratch, &format!("{line} killed/one --resume")).exited_with(2).with_stderr(&[file]);
+    fs::write(&path, sound).expect("a file of this test");
+    let ended = run(scratch, &format!("{line} killed/one --resume")).succeeded();
+    assert!(ended.stderr.contains("going on from there"), "{}", ended.stderr);
+    let summary = |folder: &str| without_run(serde_json::from_str(&scratch.read(folder)).expect("JSON"));
+    assert_eq!(summary("killed/one/summary.json"), summary("whole/one/summary.json"));
+    let names = files(scratch, "killed");
+    assert_eq!(names, files(scratch, "whole"));
+    for name in names.iter().filter(|name| name.extension().is_some_and(|kind| kind == "csv" || kind == "svg")) {
+        let content = |folder: &str| fs::read(scratch.path().join(folder).join(name)).expect("a file of the report");
+        assert!(content("killed") == content("whole"), "{}", name.display());
     }
 }
 
@@ -162,23 +157,25 @@ fn an_interrupt_and_a_request_to_terminate_end_a_sweep_with_an_answer() {
 #[test]
 fn a_coverage_study_that_is_killed_goes_on_from_its_fits_to_the_same_bits() {
     let scratch = Scratch::new("killed-study");
-    let observed = "\n[observations]\nsigma = \"2 K\"\nTC2 = [[\"5 s\", \"310 K\"], [\"20 s\", \"450 K\"]]\n";
-    scratch.write("c/case.toml", CASE.to_owned() + observed);
-    let line = "twin c --study 300 --checkpoint-interval 0s --out";
-    run(&scratch, &format!("{line} whole/one")).succeeded();
-    let mut child = started(&scratch, &format!("{line} killed/one"));
-    wait_for_file(&scratch, "killed/one.checkpoint/fits.json");
-    child.kill().expect("it runs");
-    child.wait().expect("it ends");
-    run(&scratch, &format!("{line} killed/one")).exited_with(2).with_stderr(&["keeps data sets 0..", "of 300"]);
-    let other = format!("{line} killed/one --seed 2 --resume");
-    run(&scratch, &other).exited_with(2).with_stderr(&["keeps fits of another study: case c ("]);
-    let ended = run(&scratch, &format!("{line} killed/one --resume")).succeeded();
-    assert!(ended.stderr.contains("going on from there"), "{}", ended.stderr);
-    let summary = |folder: &str| without_run(serde_json::from_str(&scratch.read(folder)).expect("JSON"));
-    assert_eq!(summary("killed/one/summary.json"), summary("whole/one/summary.json"));
-    assert_eq!(scratch.read("killed/one/coverage.csv"), scratch.read("whole/one/coverage.csv"));
-    assert_eq!(files(&scratch, "killed"), files(&scratch, "whole"));
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);
+    resumed_to_the_same_bits(&scratch, "twin c --study 300", "fits.json", "keeps data sets 0..", "--seed 2");
     run(&scratch, "twin c --resume").exited_with(2).with_stderr(&["--resume: without --study N nothing is fitted"]);
     run(&scratch, "twin c --limit-time 1s").exited_with(2);
+}
+
+#[test]
+fn a_posterior_that_is_killed_goes_on_from_its_iterations_to_the_same_bits() {
+    let scratch = Scratch::new("killed-posterior");
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);
+    let line = "estimate c --posterior --walkers 60 --mcmc-iterations 800";
+    resumed_to_the_same_bits(&scratch, line, "iterations.json", "keeps iterations 0..", "--seed 2");
+    run(&scratch, "estimate c --resume").exited_with(2).with_stderr(&["--resume: without --posterior nothing is kept"]);
+}
+
+#[test]
+fn a_sizing_that_is_killed_goes_on_from_its_marches_to_the_same_bits() {
+    let scratch = Scratch::new("killed-sizing");
+    scratch.write("c/case.toml", CASE);
+    let line = "size c --ply BASE --limit TC2<480K --probability 0.9 -n 10000";
+    resumed_to_the_same_bits(&scratch, line, "marches.json", "keeps marches 0..", "--seed 2");
 }

@@ -101,6 +101,8 @@ pub(crate) enum Command {
         /// Fit this case to the same observations too, and compare the misfits of both
         #[arg(long, value_name = "CASE")]
         compare: Option<PathBuf>,
+        #[command(flatten)]
+        resume: ResumeArgs,
     },
     /// Prediction, uncertainty, sensitivity and estimate in one report
     #[command(after_long_help = examples::STUDY)]
@@ -127,6 +129,8 @@ pub(crate) enum Command {
         size: SizeArgs,
         #[command(flatten)]
         sweep: SweepArgs,
+        #[command(flatten)]
+        resume: ResumeArgs,
     },
     /// Heating of the hot face over time, from thermocouples (inverse heat conduction)
     #[command(after_long_help = examples::HISTORY)]

@@ -12,3 +12,11 @@ pub(crate) struct ResumeArgs {
     #[arg(long, value_name = "TIME")]
     pub checkpoint_interval: Option<String>,
 }
+
+impl ResumeArgs {
+    /// The first of these options that was given.
+    pub(crate) fn given_option(&self) -> Option<&'static str> {
+        let interval = self.checkpoint_interval.as_ref().map(|_| "--checkpoint-interval");
+        self.resume.then_some("--resume").or(interval)
+    }
+}

@@ -7,7 +7,11 @@ use crate::study::run_record::utc_text;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::thread;
+use std::time::{Duration, SystemTime};
+
+/// Time in which a holder writes its name.
+const NAMING_TIME: Duration = Duration::from_millis(50);
 
 /// A lock, held until it is dropped.
 #[derive(Debug)]
@@ -45,8 +49,10 @@ impl PathLock {
             };
             match locked {
                 Err(TryLockError::WouldBlock) => {
+                    // The holder may be about to write its name, in place of that of a process that was killed.
+                    thread::sleep(NAMING_TIME);
                     let mut holder = String::new();
-                    // A holder that has not written its name yet is not named.
+                    // A holder that cannot write its name is not named.
                     let _ = file.read_to_string(&mut holder);
                     return Err(ReportError::Locked { path: output.to_owned(), holder: holder.trim().to_owned() });
                 }

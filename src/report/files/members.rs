@@ -3,10 +3,10 @@
 
 use super::super::ReportError;
 use super::io_error;
-use super::row_journal::RowJournal;
 use super::temporary::TemporaryPath;
 use crate::study::checksum::Checksum;
 use crate::study::nominal::Peak;
+use crate::study::row_journal::RowJournal;
 use crate::traces::{MemberStatus, Traces};
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;

@@ -5,7 +5,6 @@ pub(super) mod json;
 mod lock;
 pub mod members;
 mod publish;
-mod row_journal;
 #[cfg(test)]
 mod scratch;
 pub(super) mod summary_json;

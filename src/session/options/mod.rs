@@ -48,7 +48,8 @@ pub struct Options {
     pub cancel: CancelToken,
     /// The time from which a study ends as if it were stopped.
     pub until: Option<Instant>,
-    /// Where a sweep or a coverage study keeps its finished work. It goes on from what it finds there.
+    /// Where a sweep, a coverage study, a posterior or a sizing keeps its finished work. It goes on from what it finds
+    /// there.
     #[cfg(feature = "serde")]
     pub checkpoint: Option<Checkpoint>,
     /// The command that runs the session, for the record of its results.
@@ -112,7 +113,7 @@ impl Options {
         self
     }
 
-    /// Where a sweep or a coverage study keeps its finished work.
+    /// Where a sweep, a coverage study, a posterior or a sizing keeps its finished work.
     #[cfg(feature = "serde")]
     #[must_use]
     pub fn checkpoint(mut self, checkpoint: Checkpoint) -> Self {

@@ -6,10 +6,11 @@ use super::{SizeError, SizingRequirement};
 use crate::adapt::adapt_monitored;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
-use crate::march::{March, MarchError, march_all};
+use crate::march::{March, MarchError, march_members};
 use crate::plan::Plan;
 use crate::study::nominal::Peak;
 use crate::study::uncertainty::{Failure, failure_reason};
+use crate::study::work_log::WorkLog;
 use crate::traces::MemberStatus;
 use std::collections::BTreeMap;
 
@@ -20,6 +21,7 @@ pub(super) struct ThicknessMarch<'a> {
     march: &'a mut dyn March,
     sensor: usize,
     limit_k: f64,
+    log: &'a mut dyn WorkLog,
     pub marches: usize,
 }
 
@@ -29,6 +31,30 @@ pub(super) struct MemberPeak {
     failed: Option<String>,
 }
 
+/// Numbers of a row of the log: temperature and time of the peak, and the status.
+pub(crate) const LOG_COLUMNS: usize = 3;
+
+/// The status in the log: 0 is completed, 1 diverged, and from 2 the ply whose table was left.
+fn status_number(status: &MemberStatus) -> f64 {
+    match status {
+        MemberStatus::Completed => 0.0,
+        MemberStatus::Diverged { .. } => 1.0,
+        MemberStatus::OutOfTable { ply, .. } => (2 + ply) as f64,
+    }
+}
+
+impl MemberPeak {
+    /// From a row of the log. The reason of a failure depends on neither its time nor its temperature.
+    fn of_row(case: &Case, row: &[f64]) -> Self {
+        let status = match row[2] as usize {
+            0 => MemberStatus::Completed,
+            1 => MemberStatus::Diverged { time_s: f64::NAN },
+            of_ply => MemberStatus::OutOfTable { ply: of_ply - 2, temperature_k: f64::NAN },
+        };
+        Self { peak: Peak { temperature_k: row[0], time_s: row[1] }, failed: failure_reason(case, &status) }
+    }
+}
+
 /// The required thickness of each member, and the failures.
 pub(super) struct RequiredThicknesses {
     pub required: Vec<RequiredThickness>,
@@ -36,10 +62,16 @@ pub(super) struct RequiredThicknesses {
 }
 
 impl<'a> ThicknessMarch<'a> {
-    pub(super) fn new(case: &Case, march: &'a mut dyn March, demand: &SizingRequirement) -> Result<Self, SizeError> {
+    /// `log` has a row of [`LOG_COLUMNS`] numbers for each member that is marched.
+    pub(super) fn new(
+        case: &Case,
+        march: &'a mut dyn March,
+        demand: &SizingRequirement,
+        log: &'a mut dyn WorkLog,
+    ) -> Result<Self, SizeError> {
         let stretched = ScalableCase::new(case, &demand.ply)?;
         let plan = adapt_monitored(&stretched.case, &march.monitor())?;
-        Ok(Self { scalable: stretched, plan, march, sensor: demand.sensor, limit_k: demand.limit_k, marches: 0 })
+        Ok(Self { scalable: stretched, plan, march, sensor: demand.sensor, limit_k: demand.limit_k, log, marches: 0 })
     }
 
     /// Peaks of members at their thicknesses, marched as one ensemble.
@@ -52,13 +84,20 @@ impl<'a> ThicknessMarch<'a> {
         let ensemble = Ensemble::from_values(self.scalable.case.factors.len(), rows);
         self.marches += ensemble.len();
         let mut met = Vec::with_capacity(ensemble.len());
-        march_all(self.march, &self.plan, &ensemble, &mut |traces| {
+        while met.len() < ensemble.len()
+            && let Some(row) = self.log.next()
+        {
+            met.push(MemberPeak::of_row(&self.scalable.case, row));
+        }
+        let members = met.len()..ensemble.len();
+        march_members(self.march, &self.plan, &ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 let status = &traces.statuses[member];
                 let mut peak = Peak::of(traces.trace(member, self.sensor), &self.plan.instants_s);
                 if *status != MemberStatus::Completed {
                     peak.temperature_k = f64::INFINITY;
                 }
+                self.log.add(&[peak.temperature_k, peak.time_s, status_number(status)]);
                 met.push(MemberPeak { peak, failed: failure_reason(&self.scalable.case, status) });
             }
         })?;
@@ -131,6 +170,7 @@ mod tests {
     use crate::march::Precision;
     use crate::march::cpu::Cpu;
     use crate::study::nominal::nominal;
+    use crate::study::work_log::NoLog;
 
     /// Nominal peak of a sensor at a thickness ratio: by the thickness factor, and by a case with scaled plies.
     fn peaks_k(mut case: Case, group: &str, sensor: &str, ratio: f64) -> (f64, f64) {
@@ -144,7 +184,9 @@ mod tests {
             probability: 0.9,
             thickness_range_m: None,
         };
-        let mut trial = ThicknessMarch::new(&case, &mut march, &demand).expect("a ply of the case");
+        let mut log = NoLog;
+        let trial = ThicknessMarch::new(&case, &mut march, &demand, &mut log);
+        let mut trial = trial.expect("a ply of the case");
         let (drawn_m, plies) = (trial.scalable.case_thickness_m, trial.scalable.plies.clone());
         let row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
         let met = trial.peaks(std::iter::once((row, ratio * drawn_m))).expect("a march");

@@ -1,10 +1,10 @@
-//! A journal of the rows of a file that is complete only at its end. After a kill the rows are read from it, and the
-//! file is written anew, bit for bit.
+//! A journal of rows of numbers, such as those of a file that is complete only at its end. After a kill the rows are
+//! read from it, and the work goes on after them, bit for bit.
 //!
 //! The journal is a sequence of batches: the number of rows (8 bytes), their checksum (32 hexadecimal digits), and
 //! their numbers as doubles, least significant byte first. A batch that was not written to its end is dropped.
 
-use crate::study::checksum::Checksum;
+use super::checksum::Checksum;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::Path;
@@ -15,7 +15,7 @@ const CHECKSUM_BYTES: usize = 32;
 const MAX_ROWS: u64 = 1 << 32;
 
 /// An open journal. Rows are collected until [`commit`](Self::commit) writes them as a batch.
-pub(super) struct RowJournal {
+pub(crate) struct RowJournal {
     file: File,
     batch: Vec<u8>,
     columns: usize,
@@ -27,7 +27,7 @@ impl RowJournal {
     ///
     /// # Errors
     /// When the file cannot be read or written, or `take` fails.
-    pub(super) fn open<E: From<io::Error>>(
+    pub(crate) fn open<E: From<io::Error>>(
         path: &Path,
         columns: usize,
         end: usize,
@@ -49,7 +49,7 @@ impl RowJournal {
     }
 
     /// Add a number of a row.
-    pub(super) fn add(&mut self, value: f64) {
+    pub(crate) fn add(&mut self, value: f64) {
         self.batch.extend(value.to_le_bytes());
     }
 
@@ -57,7 +57,7 @@ impl RowJournal {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub(super) fn commit(&mut self) -> io::Result<()> {
+    pub(crate) fn commit(&mut self) -> io::Result<()> {
         if self.batch.is_empty() {
             return Ok(());
         }
@@ -67,6 +67,14 @@ impl RowJournal {
         self.file.write_all(&self.batch)?;
         self.batch.clear();
         Ok(())
+    }
+
+    /// Wait until the batches are on the disk.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub(crate) fn sync(&self) -> io::Result<()> {
+        self.file.sync_data()
     }
 }
 
@@ -100,7 +108,6 @@ fn is_filled(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<bool> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scratch::Scratch;
     use super::*;
     use std::fs;
 
@@ -116,9 +123,8 @@ mod tests {
 
     #[test]
     fn whole_batches_before_the_end_are_read_and_the_rest_is_written_again() {
-        let scratch = Scratch::new("journal");
-        fs::create_dir_all(&scratch.0).expect("a folder");
-        let path = scratch.0.join("members.rows");
+        let path = std::env::temp_dir().join(format!("bondline-journal-{}", std::process::id()));
+        let _ = fs::remove_file(&path);
         let (mut journal, none) = read(&path, 9);
         assert!(none.is_empty());
         for batch in [&[0.0, 0.5, 1.0, f64::NAN][..], &[2.0, 2.5], &[3.0, 3.5]] {
@@ -137,5 +143,6 @@ mod tests {
             fs::write(&path, damaged).expect("a file");
             assert_eq!(read(&path, 9).1.len(), 6, "a damaged batch was read");
         }
+        fs::remove_file(&path).expect("a file of this test");
     }
 }

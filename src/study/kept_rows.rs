@@ -1,0 +1,49 @@
+//! What the rows of a [journal](super::row_journal) are of, in a file beside it.
+
+use super::checksum::{sealed, unsealed};
+use super::run_record::RunRecord;
+use super::sweep_piece::fingerprint;
+use crate::case::Case;
+use crate::march::Backend;
+use serde::{Deserialize, Serialize};
+
+/// The study, and the number of its rows.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KeptRows {
+    /// When, by which version and command, and from which files they were made.
+    pub(crate) run: RunRecord,
+    /// Cases, options and backend, in words that differ if one of them does.
+    pub(crate) study: String,
+    /// Numbers of a row.
+    pub(crate) columns: usize,
+    /// Rows that are kept.
+    pub(crate) finished: usize,
+    /// Rows of the whole study, if that is known before its end.
+    pub(crate) requested: Option<usize>,
+}
+
+impl KeptRows {
+    /// No rows yet. `options` are those of the study.
+    pub(crate) fn new<'a>(
+        cases: impl Iterator<Item = &'a Case>,
+        backend: &Backend,
+        run: RunRecord,
+        options: &str,
+        (columns, requested): (usize, Option<usize>),
+    ) -> Self {
+        let cases: Vec<String> = cases.map(|case| format!("case {} ({})", case.id, fingerprint(case))).collect();
+        let study = format!("{}, {} {}, {options}", cases.join(", "), backend.kind, backend.precision.name());
+        Self { run, study, columns, finished: 0, requested }
+    }
+
+    pub(crate) fn to_json(&self) -> String {
+        sealed(self)
+    }
+
+    /// # Errors
+    /// When the text is not of rows, or does not have its checksum.
+    pub(crate) fn from_json(text: &str) -> Result<Self, String> {
+        serde_json::from_str(unsealed(text)?).map_err(|error| error.to_string())
+    }
+}
