@@ -15,8 +15,8 @@ pub(crate) struct Resumable {
 }
 
 impl Resumable {
-    /// Look for kept work. Without `--resume` it is not overwritten, unless `--force` is given.
-    pub(crate) fn open(folder: PathBuf, args: &CaseArgs, resume: &ResumeArgs) -> Result<Self, Failure> {
+    /// Look for kept work of a command. Without `--resume` it is not overwritten, unless `--force` is given.
+    pub(crate) fn open(command: &str, folder: PathBuf, args: &CaseArgs, resume: &ResumeArgs) -> Result<Self, Failure> {
         let mut checkpoint = Checkpoint::new(folder);
         if let Some(interval) = &resume.checkpoint_interval {
             let interval_s = convert::nonnegative(interval, Dimension::Time, "--checkpoint-interval")?;
@@ -33,6 +33,11 @@ impl Resumable {
                 );
                 if !resume.resume {
                     return Err(input(format!("{found}: give --resume to go on, or --force to start anew")));
+                }
+                if !units(command).contains(unit) {
+                    return Err(input(format!(
+                        "{found}: {command} has no {unit} to go on from; give --force to start anew"
+                    )));
                 }
                 if !args.march.quiet {
                     print_error(&format!("{found}: going on from there"));
@@ -62,6 +67,17 @@ impl Drop for Resumable {
             // An error is ignored: the next run of this output tries again.
             let _ = self.checkpoint.remove();
         }
+    }
+}
+
+/// The units of the work that a command keeps.
+fn units(command: &str) -> &'static [&'static str] {
+    match command {
+        "uncertainty" => &["members"],
+        "study" => &["members", "iterations"],
+        "estimate" => &["iterations"],
+        "size" => &["marches"],
+        _ => &["data sets"],
     }
 }
 

@@ -55,7 +55,7 @@ impl Run {
         resume: Option<&ResumeArgs>,
     ) -> Result<Self, Failure> {
         let folder = OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
-        let resumable = resume.map(|resume| Resumable::open(folder.checkpoint(), args, resume)).transpose()?;
+        let resumable = resume.map(|resume| Resumable::open(command, folder.checkpoint(), args, resume)).transpose()?;
         let progress = MarchProgress::new(args.march.quiet);
         let cancel = token_of_signals();
         let session = open_session(args, case, resumable.as_ref(), &cancel, &progress)?;

@@ -49,7 +49,7 @@ pub(crate) fn write_part(
     let (id, name) = (case.id().to_owned(), file_name(case.id(), &members));
     let folder =
         PartFolder::open(&output_path("uncertainty", args, &id), &id, args.force, &name).map_err(unusable_folder)?;
-    let resumable = Resumable::open(folder.checkpoint(&name), args, resume)?;
+    let resumable = Resumable::open("uncertainty", folder.checkpoint(&name), args, resume)?;
     let (cancel, progress) = (token_of_signals(), MarchProgress::new(args.march.quiet));
     let mut session = open_session(args, case, Some(&resumable), &cancel, &progress)?;
     let part = (members.len() < sweep.members).then_some(&members);

@@ -336,6 +336,9 @@ impl RowKeeper {
 
     /// Keep the rows now.
     pub(super) fn keep(&mut self) {
+        if self.keeper.error.is_some() {
+            return;
+        }
         match self.journal.commit().and_then(|()| self.journal.sync()) {
             Ok(()) => self.keeper.keep(self.files.head, || self.head.to_json()),
             Err(error) => self.keeper.fail(error),

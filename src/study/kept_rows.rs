@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct KeptRows {
     /// When, by which version and command, and from which files they were made.
     pub(crate) run: RunRecord,
-    /// Cases, options and backend, in words that differ if one of them does.
+    /// Cases, backend, version and options, in words that differ if one of them does.
     pub(crate) study: String,
     /// Numbers of a row.
     pub(crate) columns: usize,
@@ -33,7 +33,9 @@ impl KeptRows {
         (columns, requested): (usize, Option<usize>),
     ) -> Self {
         let cases: Vec<String> = cases.map(|case| format!("case {} ({})", case.id, fingerprint(case))).collect();
-        let study = format!("{}, {} {}, {options}", cases.join(", "), backend.kind, backend.precision.name());
+        let backend = format!("{} {}", backend.kind, backend.precision.name());
+        let version = format!("version {} {}", run.version, run.commit.as_deref().unwrap_or_default());
+        let study = format!("{}, {backend}, {}, {options}", cases.join(", "), version.trim_end());
         Self { run, study, columns, finished: 0, requested }
     }
 

@@ -1,5 +1,5 @@
-//! A log of the finished work of a study, by which an interrupted study goes on: it takes what the log has, and computes
-//! the rest.
+//! A log of the finished work of a study, by which an interrupted study goes on: it takes the rows of the log, and
+//! computes the others.
 
 /// Rows of numbers in the order in which the study finishes them. Equal inputs give equal rows.
 pub(crate) trait WorkLog {

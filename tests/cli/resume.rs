@@ -134,6 +134,8 @@ fn resumed_to_the_same_bits(scratch: &Scratch, line: &str, file: &str, kept: &st
     run(scratch, &format!("{line} killed/one")).exited_with(2).with_stderr(&[kept, "give --resume to go on"]);
     let refused = run(scratch, &format!("{line} killed/one {other} --resume")).exited_with(2);
     assert!(refused.stderr.contains("of another study: case c ("), "{}", refused.stderr);
+    let sweep = run(scratch, "uncertainty c -n 20 --out killed/one --resume").exited_with(2);
+    assert!(sweep.stderr.contains("uncertainty has no "), "{}", sweep.stderr);
     let path = scratch.path().join("killed/one.checkpoint").join(file);
     let sound = fs::read(&path).expect("finished work");
     let mut changed = sound.clone();

@@ -32,6 +32,7 @@ pub(super) struct MemberPeak {
 }
 
 /// Numbers of a row of the log: temperature and time of the peak, and the status.
+#[cfg(feature = "serde")]
 pub(crate) const LOG_COLUMNS: usize = 3;
 
 /// The status in the log: 0 is completed, 1 diverged, and from 2 the ply whose table was left.
@@ -62,7 +63,7 @@ pub(super) struct RequiredThicknesses {
 }
 
 impl<'a> ThicknessMarch<'a> {
-    /// `log` has a row of [`LOG_COLUMNS`] numbers for each member that is marched.
+    /// `log` has a row for each member that is marched.
     pub(super) fn new(
         case: &Case,
         march: &'a mut dyn March,
