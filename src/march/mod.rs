@@ -119,11 +119,9 @@ pub enum MarchError {
 }
 
 impl MarchError {
-    /// Whether the device failed while it computed, so that another backend may succeed. A device that is refused from
-    /// the start, for its lack or its limits, is an error of the choice of the user.
-    pub fn is_device_failure(&self) -> bool {
-        let is_refused = matches!(self, Self::NoDevice { .. } | Self::SelfTest { .. } | Self::TooLarge { .. });
-        !is_refused && !matches!(self, Self::InconsistentPlan(_) | Self::Cancelled | Self::Stopped)
+    /// Whether another backend may succeed: the error is not of the plan and not wanted.
+    pub fn is_of_device(&self) -> bool {
+        !matches!(self, Self::InconsistentPlan(_) | Self::Cancelled | Self::Stopped)
     }
 }
 
