@@ -90,6 +90,9 @@ fi
 say 'tests'
 cargo test --profile work
 if "$all"; then
+    say 'ARM'
+    rustup target add aarch64-unknown-linux-gnu
+    cargo check --profile work --target aarch64-unknown-linux-gnu
     say 'Miri'
     rustup component add --toolchain nightly miri rust-src 2>/dev/null ||
         rustup toolchain install nightly --profile minimal --component miri,rust-src ||

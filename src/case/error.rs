@@ -1,6 +1,6 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
-use super::reading_notes::RenamedKey;
+use super::renamed_key::RenamedKey;
 use crate::limits::LISTED_ERRORS;
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -90,7 +90,8 @@ pub(super) struct ErrorReported(());
 /// The result of reading a value: its error is recorded, not returned.
 pub(super) type ReadResult<T> = Result<T, ErrorReported>;
 
-/// The errors, the old names and the notes recorded so far. Reading continues after an error, so that one run reports all of them.
+/// The errors, the old names and the notes recorded so far. Reading continues after an error, so that one run reports
+/// all of them.
 #[derive(Debug, Default)]
 pub(super) struct Diagnostics {
     errors: RefCell<Vec<Diagnostic>>,

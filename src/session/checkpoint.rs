@@ -4,6 +4,7 @@
 
 use super::error::{InputError, SessionError};
 use super::merge::difference;
+use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::study::coverage_study::{DataSetFit, kept_fits::KeptFits};
 use crate::study::kept_rows::KeptRows;
 use crate::study::row_journal::RowJournal;
@@ -135,7 +136,8 @@ impl Checkpoint {
             return Ok(None);
         }
         let fault = |message: String| InputError::general(format!("{}: {message}", path.display()));
-        let text = fs::read_to_string(&path).map_err(|error| fault(error.to_string()))?;
+        let bytes = read_file(&path, &PIECE_FILE_MIB).map_err(|error| fault(error.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|error| fault(error.to_string()))?;
         Ok(Some(content(&text).map_err(fault)?))
     }
 

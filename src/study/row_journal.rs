@@ -26,7 +26,7 @@ impl RowJournal {
     /// are in ascending order, and those from `end` on will be written again.
     ///
     /// # Errors
-    /// When the file cannot be read or written, or `take` fails.
+    /// When the file is not a regular one, or cannot be read or written, or `take` fails.
     pub(crate) fn open<E: From<io::Error>>(
         path: &Path,
         columns: usize,
@@ -34,6 +34,9 @@ impl RowJournal {
         mut take: impl FnMut(&[f64]) -> Result<(), E>,
     ) -> Result<Self, E> {
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        if !file.metadata()?.is_file() {
+            return Err(io::Error::other("expected a regular file").into());
+        }
         let mut whole = 0;
         let mut reader = BufReader::new(&file);
         while let Some(batch) = read_batch(&mut reader, columns)? {
@@ -119,6 +122,13 @@ mod tests {
         };
         let journal = RowJournal::open(path, 2, end, take).expect("a journal");
         (journal, found)
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_in_place_of_the_file_is_refused_and_not_read_without_end() {
+        let opened = RowJournal::open(Path::new("/dev/zero"), 2, 9, |_| -> io::Result<()> { Ok(()) });
+        assert_eq!(opened.err().map(|error| error.to_string()).as_deref(), Some("expected a regular file"));
     }
 
     #[test]

@@ -72,8 +72,8 @@ pub(super) fn observations(
     }))
 }
 
-/// The value under the name of a sensor: samples `[["0 s", "300 K"]]`, or a table with `samples` or with the `column` of
-/// the file and its `unit`, and with `window` and `sigma`.
+/// The value under the name of a sensor: samples `[["0 s", "300 K"]]`, or a table with `samples` or with the `column`
+/// of the file and its `unit`, and with `window` and `sigma`.
 struct SensorEntry<'a> {
     name: &'a str,
     written: ValueReader<'a>,

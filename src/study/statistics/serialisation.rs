@@ -73,5 +73,5 @@ impl Accumulator {
 const CONSTANT: i128 = super::basis::QUANTA as i128;
 
 fn bits(numbers: &mut dyn Iterator<Item = i128>) -> Option<f64> {
-    u64::try_from(numbers.next()?).ok().map(f64::from_bits)
+    u64::try_from(numbers.next()?).ok().map(f64::from_bits).filter(|value| !value.is_nan())
 }

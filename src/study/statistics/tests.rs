@@ -113,7 +113,10 @@ fn inconsistent_integers_are_rejected() {
     let accumulator = tallied(&outputs, &factors);
     let restored = |numbers: &[i128]| Accumulator::from_integers(&REFERENCE, &marginals(), numbers);
     let numbers = accumulator.to_integers();
+    let low = i128::from(accumulator.outputs[0].min.to_bits());
     assert_eq!(restored(&numbers), Some(accumulator));
+    let not_a_number = |&number: &i128| if number == low { i128::from(f64::NAN.to_bits()) } else { number };
+    assert_eq!(restored(&numbers.iter().map(not_a_number).collect::<Vec<_>>()), None);
     assert_eq!(restored(&numbers[..numbers.len() - 1]), None);
     assert_eq!(restored(&[&numbers[..], &[0]].concat()), None);
     // Members; the sum of the constant function's square; the last bin.
