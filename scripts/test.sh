@@ -2,7 +2,7 @@
 # The full check of a change: format, lints, tests, documentation. Installs missing requirements of the tests: the
 # software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
 #   --all    also the slow parts: 300 random cases, 300 mutants of the kernels, 100,000 mutated inputs, 100 kills, 15
-#            races and 50 full disks, slow blocks and verification tables of the documentation, and Miri
+#            races and 50 full disks, slow blocks and verification tables of the documentation, ARM, Miri
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
