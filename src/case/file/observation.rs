@@ -324,7 +324,8 @@ fn note_earlier_samples(found: &[(String, Observation)], file: ValueReader<'_>, 
     let earlier = |(_, observation): &(_, Observation)| observation.times_s.partition_point(|&time_s| time_s < 0.0);
     let most = found.iter().map(earlier).max().unwrap_or(0);
     if let (1.., Ok(path)) = (most, file.text()) {
-        let message = format!("{most} samples of a sensor before 0 s not read");
+        let samples = if most == 1 { "sample" } else { "samples" };
+        let message = format!("{most} {samples} of a sensor before 0 s not read");
         file.diagnostics().record_note(&SourceLocation::without_line(references.label(path)), message);
     }
 }
