@@ -2,6 +2,7 @@
 
 from docutils import nodes
 from latex2mathml.converter import convert
+from pygments.lexers import TextLexer
 
 project = "bondline"
 author = "The bondline authors"
@@ -32,5 +33,6 @@ def display(translator, node):
 
 def setup(app):
     app.add_node(nodes.math, override=True, html=(inline, None))
+    app.add_lexer("csv", TextLexer)
     app.add_node(nodes.math_block, override=True, html=(display, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
