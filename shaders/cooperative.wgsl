@@ -343,8 +343,8 @@ fn first_block_outflow(upward_flux: real) -> real {
 // Mass flux into a block from below. A block passes all of it or none, and adds its own sources.
 fn mean_flux_into_block(inverse_step_1_s: real) -> real {
     var own = DoubleWord(1.0, 0.0);
-    for (var up = 0u; up < block_end - block_first; up++) {
-        let i = block_end - 1u - up;
+    for (var end = block_end; end > block_first; end--) {
+        let i = end - 1u;
         own = DoubleWord(own.high * pass_mask(i), mean_flux_below(i, own.low, inverse_step_1_s));
     }
     pairs[thread] = own;

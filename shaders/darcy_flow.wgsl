@@ -41,8 +41,8 @@ fn update_gas_flow(step: u32, stage: u32) {
     }
     let carries = select(real(0.0), real(1.0), QUASI_STEADY);
     var upward_flux = gas_source_below(stage);
-    for (var up = 0u; up < end_cell() - first_cell(); up++) {
-        let i = end_cell() - 1u - up;
+    for (var end = end_cell(); end > first_cell(); end--) {
+        let i = end - 1u;
         let here = gas_source_at(i, stage);
         mass_fluxes[i] = carries * upward_flux;
         upward_flux = upward_flux + here;
@@ -160,8 +160,8 @@ fn substitute() {
         pressure_unknowns[i] = before;
     }
     before = pressure_below_block();
-    for (var up = 0u; up < end_cell() - first_cell(); up++) {
-        let i = end_cell() - 1u - up;
+    for (var end = end_cell(); end > first_cell(); end--) {
+        let i = end - 1u;
         before = back_substitute(pressure_unknowns[i], pressure_diagonal[i], pressure_upper[i], before);
         pressure_unknowns[i] = before;
     }
@@ -309,8 +309,8 @@ fn mean_flux_below(cell: u32, behind: real, inverse_step_1_s: real) -> real {
 fn update_mean_fluxes(step: u32) {
     let inverse_step_1_s = 1.0 / lengths[step];
     var mean = mean_flux_into_block(inverse_step_1_s);
-    for (var up = 0u; up < end_cell() - first_cell(); up++) {
-        let i = end_cell() - 1u - up;
+    for (var end = end_cell(); end > first_cell(); end--) {
+        let i = end - 1u;
         mean = mean_flux_below(i, mean, inverse_step_1_s);
         mass_fluxes[i] = 2.0 * mean - mean_mass_fluxes[i];
         mean_mass_fluxes[i] = mean;

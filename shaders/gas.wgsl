@@ -17,9 +17,10 @@ fn pressure_coordinate(pressure_pa: real, middle_pa: real) -> real {
     return pressure_pa / (pressure_pa + middle_pa);
 }
 
+// Fluxes do not depend on the storage.
 fn midpoint_pores(start: PoreState, end: PoreState) -> PoreState {
     return PoreState(
-        0.5 * (start.storage + end.storage),
+        start.storage,
         0.5 * (start.mobility_s + end.mobility_s),
         0.5 * (start.slip_pa + end.slip_pa),
         0.5 * (start.inertia_m_pa2 + end.inertia_m_pa2),

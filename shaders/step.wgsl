@@ -57,8 +57,8 @@ fn advance(step: u32) {
 
 fn solve_first_increments() {
     var before = unknown_below_block();
-    for (var up = 0u; up < end_cell() - first_cell(); up++) {
-        let i = end_cell() - 1u - up;
+    for (var end = end_cell(); end > first_cell(); end--) {
+        let i = end - 1u;
         before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
         first_increments[i] = before;
     }
@@ -78,12 +78,12 @@ fn account_face_heat(face: u32, step: u32, start: real, end: real, cell: u32, ne
 
 fn update_temperatures(step: u32) {
     var before = unknown_below_block();
-    for (var from_back = 0u; from_back < end_ply() - first_ply(); from_back++) {
-        let p = end_ply() - 1u - from_back;
+    for (var plies_end = end_ply(); plies_end > first_ply(); plies_end--) {
+        let p = plies_end - 1u;
         var low = coldest[p];
         var top = hottest[p];
-        for (var up = 0u; up < end_cell_of(p) - first_cell_of(p); up++) {
-            let i = end_cell_of(p) - 1u - up;
+        for (var end = end_cell_of(p); end > first_cell_of(p); end--) {
+            let i = end - 1u;
             before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
             let start = first_increments[i];
             let increment = 1.5 * start + 0.5 * before;

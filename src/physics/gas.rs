@@ -40,12 +40,12 @@ pub fn pressure_coordinate<R: Real>(pressure_pa: R, middle_pa: R) -> R {
     pressure_pa / (pressure_pa + middle_pa)
 }
 
-/// Mean of the pores at the start and at the end of a step.
+/// Mean of the pores at the start and at the end of a step, for fluxes, which do not depend on the storage.
 #[inline(always)]
 pub fn midpoint_pores<R: Real>(start: PoreState<R>, end: PoreState<R>) -> PoreState<R> {
     let half = R::from_f64(0.5);
     PoreState {
-        storage: half * (start.storage + end.storage),
+        storage: start.storage,
         mobility_s: half * (start.mobility_s + end.mobility_s),
         slip_pa: half * (start.slip_pa + end.slip_pa),
         inertia_m_pa2: half * (start.inertia_m_pa2 + end.inertia_m_pa2),

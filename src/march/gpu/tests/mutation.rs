@@ -47,20 +47,11 @@ const UNDETECTED: &[(&str, &str)] = &[
     ("decomposition mean_decay:", "the first terms of the series are below the rounding of its sum"),
     ("exponential exp_parts: Nudge `", "a millionth of the last term is below the rounding of f32"),
     ("surface_flux blowing_share: Operator(Divide) `ratio *", "multiplying and dividing by ±1 are the same"),
-    (
-        "darcy_flow update_gas_flow: Operator(Add) `end_cell() - first_cell()",
-        "continues over cells above the block, with the same result",
-    ),
     ("darcy_flow pass_mask:", "the block at the back has no flux from below"),
-    ("gas midpoint_pores:", "the storage of a midpoint is not read"),
     ("gauges gauges: Nudge `real(", "a threshold of conversion, changed by 1e-6"),
     ("member step_length_s: Operator(Add)", "the length after the last step is not used"),
     ("member start: Nudge `1e9`", "an initial value above any temperature"),
     ("sensors depth_correction: Negate `step == 0u` 0", "a sensor on the hot face has no depth factor"),
-    (
-        "step solve_first_increments: Operator(Add) `end_cell() - first_cell()",
-        "continues over cells above the block, with the same result",
-    ),
     ("step update_temperatures: Nudge `", "a margin of one kelvin, changed by 1e-6"),
     ("step update_temperatures: Operator(Subtract) `low + DIVERGENCE_MARGIN_K", "no member is colder than a kelvin"),
     (
