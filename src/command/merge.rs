@@ -1,10 +1,12 @@
 //! `bondline merge`: the report of a sweep from its parts.
 
 use crate::command::args::{MergeArgs, convert};
-use crate::command::exit::{Failure, Output, unusable_folder};
+use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::run::{check_writable, output_text, print_renamed_keys, too_many_failed};
 use bondline::report::files::OutputFolder;
 use bondline::session::{self, MissingMembers};
+use bondline::study::sweep_piece::equal_piece;
+use std::fs::DirEntry;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -15,7 +17,7 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     if let Some(out) = &merge.out {
         check_writable(out)?;
     }
-    let mut answers = session::merge(&merge.parts, merge.case.as_deref())?;
+    let mut answers = session::merge(&files(&merge.parts)?, merge.case.as_deref())?;
     answers.run.command_line = Some(convert::command_line());
     print_renamed_keys(answers.case.renamed_keys());
     let id = answers.case.id();
@@ -29,13 +31,60 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     Ok(Output { text, failure })
 }
 
-/// List the members that no file has. Exit code 1 if there are any.
+/// The files, and those of the folders, whose names end in `.json`.
+fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut found = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            found.push(path.clone());
+            continue;
+        }
+        let unreadable = |error| input(format!("{}: {error}", path.display()));
+        let entries =
+            std::fs::read_dir(path).map_err(unreadable)?.collect::<Result<Vec<_>, _>>().map_err(unreadable)?;
+        let pieces =
+            entries.iter().map(DirEntry::path).filter(|file| file.extension().is_some_and(|end| end == "json"));
+        let before = found.len();
+        found.extend(pieces);
+        if found.len() == before {
+            return Err(input(format!("{}: no files of pieces (.json) in this folder", path.display())));
+        }
+        found[before..].sort();
+    }
+    Ok(found)
+}
+
+/// List the members that no file has, as the options of the next commands: tasks of a job array where the files are
+/// equal pieces. Exit code 1 if there are any.
 fn missing(merge: &MergeArgs) -> Result<Output, Failure> {
-    let MissingMembers { ranges, members, .. } = session::missing_members(&merge.parts)?;
+    let MissingMembers { ranges, members, equal_pieces, .. } = session::missing_members(&files(&merge.parts)?)?;
     if ranges.is_empty() {
         return Ok(Output { text: format!("the files have all {members} members\n"), failure: None });
     }
-    let lines = ranges.iter().map(|range| format!("missing: --members {}..{}\n", range.start, range.end)).collect();
+    let text = match equal_pieces {
+        Some(pieces) => format!("missing: --array={} of {pieces} pieces\n", tasks(&ranges, pieces, members)),
+        None => ranges.iter().map(|range| format!("missing: --members {}..{}\n", range.start, range.end)).collect(),
+    };
     let count: usize = ranges.iter().map(Range::len).sum();
-    Ok(Output { text: lines, failure: Some(format!("{count} of {members} members are in no file")) })
+    Ok(Output { text, failure: Some(format!("{count} of {members} members are in no file")) })
+}
+
+/// The numbers of the equal pieces that have members in these ranges, such as `3,7-9`.
+fn tasks(ranges: &[Range<usize>], pieces: usize, members: usize) -> String {
+    let lacks = |number: &usize| {
+        equal_piece(*number, pieces, members).is_some_and(|piece| {
+            let next = ranges.partition_point(|range| range.end <= piece.start);
+            ranges.get(next).is_some_and(|range| range.start < piece.end)
+        })
+    };
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for number in (1..=pieces).filter(lacks) {
+        match runs.last_mut() {
+            Some((_, last)) if *last + 1 == number => *last = number,
+            _ => runs.push((number, number)),
+        }
+    }
+    let words =
+        runs.iter().map(|(first, last)| if first == last { format!("{first}") } else { format!("{first}-{last}") });
+    words.collect::<Vec<_>>().join(",")
 }

@@ -25,19 +25,57 @@ mod twin;
 mod uncertainty;
 mod verify;
 
-use args::{Cli, Command, convert};
+use args::{Cli, Command, convert, renamed};
+use clap::Parser;
 use exit::{Failure, Output};
+use std::ffi::OsString;
+use uncertainty::Part;
+
+/// Run the command with its words, the first of which is its name, and return the exit code.
+pub(crate) fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
+    let (arguments, notes) = renamed::replace_old_names(words);
+    for note in notes {
+        terminal::print_error(&note);
+    }
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            terminal::print_error(&error.render().to_string());
+            return 2;
+        }
+        Err(help) => help.exit(),
+    };
+    let (code, message) = match run(cli) {
+        Ok(output) => match (terminal::print(&output.text), output.failure) {
+            (Ok(()), None) => return 0,
+            (Ok(()), Some(reason)) => (1, reason),
+            (Err(error), _) => (1, format!("standard output cannot be written: {error}")),
+        },
+        Err(Failure::Report(error)) => (1, error.to_string()),
+        Err(Failure::Input(error)) => (2, error.to_string()),
+        Err(Failure::Device(error)) => (3, error.to_string()),
+    };
+    terminal::print_error(&format!("bondline: {message}"));
+    code
+}
 
 /// Run the subcommand.
 pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
     match cli.command {
         Command::Init(init) => init::run(&init),
         Command::Predict(case) => predict::run(&case),
-        Command::Uncertainty { case, sweep, resume, keep, part: None } => {
+        Command::Uncertainty { case, sweep, resume, keep, part: None, piece: None } => {
             uncertainty::run(&case, &sweep, &resume, keep)
         }
-        Command::Uncertainty { case, sweep, resume, keep, part: Some(part) } => {
-            uncertainty::write_part(&case, &sweep, &resume, keep, convert::member_range(&part, sweep.members)?)
+        Command::Uncertainty { case, sweep, resume, keep, part, piece } => {
+            let part = match (part, piece) {
+                (Some(part), _) => Part { members: convert::member_range(&part, sweep.members)?, equal_pieces: None },
+                (None, piece) => {
+                    let (members, pieces) = convert::equal_piece(&piece.unwrap_or_default(), sweep.members)?;
+                    Part { members, equal_pieces: Some(pieces) }
+                }
+            };
+            uncertainty::write_part(&case, &sweep, &resume, keep, part)
         }
         Command::Merge(merge) => merge::run(&merge),
         Command::Sensitivity { case, data, step, method } => sensitivity::run(&case, &data, method, step),

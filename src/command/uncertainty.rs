@@ -9,10 +9,12 @@ use crate::command::resume::Resumable;
 use crate::command::run::{Run, load, open_session, output_path, too_many_failed};
 use crate::command::stop::token_of_signals;
 use bondline::case::Case;
-use bondline::march::Backend;
+use bondline::march::{Backend, Precision};
 use bondline::report::files::PartFolder;
+use bondline::session::UncertaintyOptions;
 use bondline::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, file_name, fingerprint};
 use std::ops::Range;
+use std::path::Path;
 
 pub(crate) fn run(
     args: &CaseArgs,
@@ -34,6 +36,13 @@ pub(crate) fn run(
     run.finish(too_many_failed(&found.failures, found.members, sweep.max_failed))
 }
 
+/// Some members of a sweep.
+pub(crate) struct Part {
+    pub members: Range<usize>,
+    /// Number of equal pieces, if this is one of them.
+    pub equal_pieces: Option<usize>,
+}
+
 /// Compute some members of a sweep and write their statistics to a file. There is no report and no check of
 /// `--max-failed`: both are of the whole sweep.
 pub(crate) fn write_part(
@@ -41,7 +50,7 @@ pub(crate) fn write_part(
     sweep: &SweepArgs,
     resume: &ResumeArgs,
     keep: Option<KeepArg>,
-    members: Range<usize>,
+    Part { members, equal_pieces }: Part,
 ) -> Result<Output, Failure> {
     let options = convert::sweep(sweep);
     let case = load(&args.case, &args.march)?;
@@ -49,6 +58,13 @@ pub(crate) fn write_part(
     let (id, name) = (case.id().to_owned(), file_name(case.id(), &members));
     let folder =
         PartFolder::open(&output_path("uncertainty", args, &id), &id, args.force, &name).map_err(unusable_folder)?;
+    // A task that a scheduler starts again does no work twice.
+    let path = folder.file(&name);
+    let precision = convert::choice(&args.march)?.precision;
+    if equal_pieces.is_some() && !args.force && is_same_piece(&path, &case, &options, precision) {
+        let text = format!("members {}..{} are already in {}\n", members.start, members.end, path.display());
+        return Ok(Output { text, failure: None });
+    }
     let resumable = Resumable::open("uncertainty", folder.checkpoint(&name), args, resume)?;
     let (cancel, progress) = (token_of_signals(), MarchProgress::new(args.march.quiet));
     let mut session = open_session(args, case, Some(&resumable), &cancel, &progress)?;
@@ -67,7 +83,9 @@ pub(crate) fn write_part(
         sets: convert::sets(&args.march.sets)?,
         fingerprint: fingerprint(session.case()),
     };
-    let piece = Piece::new(mark, draw, &found.backend, found.run, members.clone(), &found.nominal, &found.statistics);
+    let mut piece =
+        Piece::new(mark, draw, &found.backend, found.run, members.clone(), &found.nominal, &found.statistics);
+    piece.equal_pieces = equal_pieces;
     let path = folder.write_file(&name, piece.to_json().as_bytes())?;
     resumable.remove()?;
     let text = format!(
@@ -79,6 +97,15 @@ pub(crate) fn write_part(
         path.display()
     );
     Ok(Output { text, failure: None })
+}
+
+/// Whether a file is a piece of this sweep, by this version and with the precision that is asked for.
+fn is_same_piece(path: &Path, case: &Case, options: &UncertaintyOptions, precision: Option<Precision>) -> bool {
+    let Ok((piece, _)) = Piece::read(path) else { return false };
+    piece.run.version == env!("CARGO_PKG_VERSION")
+        && piece.case.fingerprint == fingerprint(case)
+        && piece.draw == SamplingRecord::from(options)
+        && precision.is_none_or(|precision| piece.backend.precision == precision.name())
 }
 
 /// What made the rows of the files of members.

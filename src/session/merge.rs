@@ -31,6 +31,8 @@ pub struct MissingMembers {
     pub ranges: Vec<Range<usize>>,
     /// Members of the whole sweep.
     pub members: usize,
+    /// Number of equal pieces of the sweep, if all files are such pieces.
+    pub equal_pieces: Option<usize>,
 }
 
 /// Merge files of the form of [`sweep_piece`](crate::study::sweep_piece), in any order. `case_path` is the path of the
@@ -112,14 +114,16 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
 /// When the files are not all parts of one sweep, or a file cannot be read.
 pub fn missing_members(pieces: &[PathBuf]) -> Result<MissingMembers, SessionError> {
     let (path, first) = first_part(pieces)?;
+    let mut equal_pieces = first.equal_pieces;
     let mut found = Vec::with_capacity(pieces.len());
     for at in pieces {
         let (piece, _) = Piece::read(at)?;
         check_same_sweep((at, &piece), (path, &first))?;
+        equal_pieces = equal_pieces.filter(|_| piece.equal_pieces == equal_pieces);
         found.push(piece.members);
     }
     found.sort_by_key(|members| members.start);
-    Ok(MissingMembers { ranges: gaps(&found, first.draw.members), members: first.draw.members })
+    Ok(MissingMembers { ranges: gaps(&found, first.draw.members), members: first.draw.members, equal_pieces })
 }
 
 fn first_part(pieces: &[PathBuf]) -> Result<(&Path, Piece), SessionError> {

@@ -33,6 +33,9 @@ pub struct Piece {
     pub backend: Backend,
     /// The members of this piece: first, and one past the last.
     pub members: Range<usize>,
+    /// Number of equal pieces of the sweep, of which this is one; `None` if its members were stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub equal_pieces: Option<usize>,
     failures: Vec<FailureRecord>,
     nominal: NominalRecord,
     numbers: Vec<i128>,
@@ -133,6 +136,7 @@ impl Piece {
                 precision: backend.precision.name().to_owned(),
             },
             members,
+            equal_pieces: None,
             failures: failure_records(gathered),
             nominal: NominalRecord {
                 temperatures_k: nominal.temperatures_k.concat(),
@@ -154,7 +158,8 @@ impl Piece {
         let (case, draw, backend, run) = (self.case.clone(), self.draw.clone(), self.backend.clone(), self.run.clone());
         let members = self.members.start..self.members.start + gathered.members();
         let (numbers, kept) = (gathered.to_integers(), gathered.stored_traces().clone());
-        Self { run, case, draw, backend, members, failures: failure_records(gathered), nominal, numbers, kept }
+        let failures = failure_records(gathered);
+        Self { run, case, draw, backend, members, equal_pieces: None, failures, nominal, numbers, kept }
     }
 
     /// The JSON text: the checksum of the piece, then the piece.
@@ -243,6 +248,13 @@ impl Piece {
 fn failure_records(gathered: &SweepStatistics) -> Vec<FailureRecord> {
     let record = |Failure { reason, members, first }| FailureRecord { reason, members, first };
     gathered.failures().into_iter().map(record).collect()
+}
+
+/// The members of piece `number` of `pieces` equal ones, counted from 1: `None` if there is no such piece, or if a piece
+/// would have no member.
+pub fn equal_piece(number: usize, pieces: usize, members: usize) -> Option<Range<usize>> {
+    let end = |number: usize| (number as u128 * members as u128 / pieces as u128) as usize;
+    ((1..=pieces).contains(&number) && pieces <= members).then(|| end(number - 1)..end(number))
 }
 
 /// File name of a piece: `slab-0-2500.json` for members 0 to 2,499 of `slab`.

@@ -73,6 +73,54 @@ fn identical_parts_count_once_and_missing_members_are_listed() {
 }
 
 #[test]
+fn equal_pieces_of_a_job_array_are_computed_once_and_merge_to_the_whole_sweep() {
+    let scratch = Scratch::new("pieces-array");
+    scratch.write("c/case.toml", CASE);
+    let sweep = "uncertainty c -n 6.1e1 --out p --quiet";
+    let task = |number: usize| {
+        let mut command = command(&scratch);
+        command.env("SLURM_ARRAY_TASK_ID", number.to_string());
+        wait_for(command.args(format!("{sweep} --piece 4").split(' '))).succeeded().stdout
+    };
+    assert!(task(2).starts_with("members 15..30 of 61, 15 of them completed"));
+    run(&scratch, &format!("{sweep} --piece 4/4")).succeeded();
+    let file = scratch.read("p/c-15-30.json");
+    assert_eq!(task(2), "members 15..30 are already in p/c-15-30.json\n");
+    assert_eq!(scratch.read("p/c-15-30.json"), file);
+    let missing = run(&scratch, "merge --missing p").exited_with(1);
+    assert_eq!(missing.stdout, "missing: --array=1,3 of 4 pieces\n");
+    // A damaged file, and one of another sweep, are no pieces of this one.
+    scratch.write("p/c-15-30.json", file.replacen("15", "16", 1));
+    assert!(task(2).starts_with("members 15..30 of 61"));
+    run(&scratch, "uncertainty c -n 61 --seed 2 --out p --quiet --piece 1/4").succeeded();
+    assert!(task(1).starts_with("members 0..15 of 61"));
+    assert!(task(3).starts_with("members 30..45 of 61"));
+    assert_eq!(run(&scratch, "merge --missing p").succeeded().stdout, "the files have all 61 members\n");
+    run(&scratch, "merge p --out merged").succeeded();
+    run(&scratch, "uncertainty c -n 61 --out whole --quiet").succeeded();
+    assert_eq!(results(&scratch, "merged"), results(&scratch, "whole"));
+}
+
+#[test]
+fn a_piece_that_is_none_of_the_equal_ones_is_refused() {
+    let scratch = Scratch::new("pieces-none");
+    scratch.write("c/case.toml", CASE);
+    for (piece, expected) in [
+        ("0/4", "expected K/N with K from 1 to N"),
+        ("5/4", "expected K/N with K from 1 to N"),
+        ("1/61", "N at most the 60 members"),
+        ("1/0", "expected K/N with K from 1 to N"),
+        ("one/4", "expected K/N with K from 1 to N"),
+        ("4", "SLURM_ARRAY_TASK_ID is not set"),
+    ] {
+        refused(&scratch, run(&scratch, &format!("uncertainty c -n 60 --piece {piece}")), 1, &[expected]);
+    }
+    let fraction = run(&scratch, "uncertainty c -n 1.5 --piece 1/4");
+    refused(&scratch, fraction, 1, &["expected a whole number such as 5000 or 1e6"]);
+    refused(&scratch, run(&scratch, "merge c"), 1, &["c: no files of pieces (.json) in this folder"]);
+}
+
+#[test]
 fn parts_merged_in_any_order_give_the_numbers_of_one_sweep_to_the_last_digit() {
     let scratch = Scratch::new("pieces");
     // Some members of the last sweep are so hot that they fail.
@@ -129,7 +177,6 @@ fn files_that_are_not_all_parts_of_one_sweep_are_refused_and_nothing_is_written(
         (vec![p(0, 20), "old.json".to_owned()], "written by bondline 0.0.9, expected"),
         (vec!["c/case.toml".to_owned()], "c/case.toml\": not a piece file of `uncertainty --members`"),
         (vec!["p/none.json".to_owned()], "p/none.json\": no such file"),
-        (vec!["p".to_owned()], "p\": is a folder: expected a file"),
     ];
     let given = scratch.files().len();
     for (files, said) in refusals {

@@ -1,8 +1,8 @@
 //! Conversion of command-line arguments to options of the library.
 
 use crate::command::args::{
-    BackendArg, BoundsArg, DerivativeArg, FitArgs, MarchArgs, MinimiserArg, ObservationArgs, PosteriorArgs,
-    PrecisionArg, PriorArg, SamplingArg, SizeArgs, SweepArgs,
+    BackendArg, BoundsArg, DerivativeArg, FitArgs, HistoryArgs, MarchArgs, MinimiserArg, ObservationArgs,
+    PosteriorArgs, PrecisionArg, PriorArg, SamplingArg, SizeArgs, SweepArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
@@ -13,10 +13,13 @@ use bondline::fit::DampingStrategy;
 use bondline::march::Precision;
 use bondline::march::backend_selection::{BackendKind, BackendOptions};
 use bondline::session::{
-    Derivatives, FitOptions, ObservationSelection, Options, SensitivityOptions, SizeOptions, Start, UncertaintyOptions,
+    Derivatives, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions, SizeOptions, Start,
+    UncertaintyOptions,
 };
 use bondline::study::estimate::PAPER_RULES;
+use bondline::study::flux_inversion::{HeatingQuantity, Smoothing};
 use bondline::study::posterior::Walkers;
+use bondline::study::sweep_piece;
 use std::ops::Range;
 
 /// The backend.
@@ -73,6 +76,30 @@ pub(crate) fn member_range(text: &str, drawn: usize) -> Result<Range<usize>, Fai
             Err(input(format!("--members {text:?}: expected FIRST..END such as 0..2500, which ends with member 2499")))
         }
     }
+}
+
+/// The members of piece `K/N`, and N. Without K it is the number of the task in a Slurm job array.
+pub(crate) fn equal_piece(text: &str, members: usize) -> Result<(Range<usize>, usize), Failure> {
+    let task = || {
+        std::env::var("SLURM_ARRAY_TASK_ID").map_err(|_| {
+            input(format!(
+                "--piece {text}: expected K/N such as 3/16, as SLURM_ARRAY_TASK_ID is not set (this is no task of a \
+                 Slurm job array)"
+            ))
+        })
+    };
+    let (number, pieces) = match text.split_once('/') {
+        Some((number, pieces)) => (number.to_owned(), pieces),
+        None => (task()?, text),
+    };
+    let numbers = number.trim().parse().ok().zip(pieces.trim().parse().ok());
+    let piece = numbers.and_then(|(number, pieces)| Some((sweep_piece::equal_piece(number, pieces, members)?, pieces)));
+    piece.ok_or_else(|| {
+        input(format!(
+            "--piece {text:?}: expected K/N with K from 1 to N, and N at most the {members} members (-n); found piece \
+             {number:?} of {pieces:?}"
+        ))
+    })
 }
 
 /// Name and value of `NAME=VALUE`.
@@ -196,6 +223,30 @@ pub(crate) fn sensitivity(
         (Some(DerivativeArg::Tangent) | None, None) => Derivatives::Exact,
     };
     Ok(SensitivityOptions { observations: observations(data)?, derivatives })
+}
+
+/// The quantity to estimate over time, its knots, and the choice of the regularisation weight.
+pub(crate) fn history(data: &ObservationArgs, history: &HistoryArgs) -> Result<HistoryOptions, Failure> {
+    Ok(HistoryOptions {
+        observations: observations(data)?,
+        quantity: history.quantity.as_deref().map(quantity).transpose()?,
+        knots: history.knots,
+        smoothing: smoothing(&history.smoothing)?,
+    })
+}
+
+fn smoothing(text: &str) -> Result<Smoothing, Failure> {
+    match (text, text.parse::<f64>()) {
+        ("discrepancy", _) => Ok(Smoothing::Discrepancy),
+        ("l-curve", _) => Ok(Smoothing::LCurve),
+        (_, Ok(weight)) if weight.is_finite() && weight >= 0.0 => Ok(Smoothing::Stated(weight)),
+        _ => Err(input(format!("--smoothing {text:?}: expected discrepancy, l-curve, or a weight of 0 or more"))),
+    }
+}
+
+fn quantity(text: &str) -> Result<HeatingQuantity, Failure> {
+    let named = HeatingQuantity::ALL.into_iter().find(|sought| sought.name() == text);
+    named.ok_or_else(|| input(format!("--quantity {text:?}: expected flux, radiant-flux or gas")))
 }
 
 /// The ply to size, and the temperature limit of a sensor.

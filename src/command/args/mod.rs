@@ -63,6 +63,9 @@ pub(crate) enum Command {
         /// Run only members A to B-1 of the -n drawn, and write their statistics to a file for `merge`
         #[arg(long = "members", value_name = "A..B", conflicts_with_all = ["json", "max_failed"])]
         part: Option<String>,
+        /// Run only piece K of N equal ones, from 1, unless its file is there; in a Slurm job array N is enough
+        #[arg(long, value_name = "K/N", conflicts_with_all = ["json", "max_failed", "part"])]
+        piece: Option<String>,
     },
     /// The report of a whole sweep, from the parts written by `uncertainty --members`
     #[command(after_long_help = examples::MERGE)]

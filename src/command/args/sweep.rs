@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(crate) struct SweepArgs {
     /// Number of members (random samples of the factors)
-    #[arg(short = 'n', value_name = "MEMBERS", default_value_t = 5000)]
+    #[arg(short = 'n', value_name = "MEMBERS", default_value_t = 5000, value_parser = member_count)]
     pub members: usize,
     /// Sampling method and distribution
     #[arg(long, value_enum, default_value = "normal")]
@@ -27,7 +27,7 @@ pub(crate) struct SweepArgs {
 /// The parts of one sweep.
 #[derive(Debug, Args)]
 pub(crate) struct MergeArgs {
-    /// Files written by `uncertainty --members`, in any order
+    /// Files written by `uncertainty --members` or `--piece`, in any order, or folders of such files
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
     /// List the members that no part has, and write no report
@@ -65,4 +65,13 @@ pub(crate) struct SizeArgs {
     /// Smallest and largest thickness, as "3 mm:20 mm" [default: 1/4 to 4 times the thickness in the case]
     #[arg(long)]
     pub thickness_range: Option<String>,
+}
+
+/// A number of members, also in scientific notation.
+fn member_count(text: &str) -> Result<usize, String> {
+    let scientific = || text.parse::<f64>().ok().filter(|count| (0.0..1e15).contains(count) && count.fract() == 0.0);
+    text.parse()
+        .ok()
+        .or(scientific().map(|count| count as usize))
+        .ok_or("expected a whole number such as 5000 or 1e6".into())
 }
