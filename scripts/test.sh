@@ -89,6 +89,9 @@ else
 fi
 say 'tests'
 cargo test --profile work
+say 'Python package'
+cargo clippy --profile work -p bondline-python -- -D warnings
+scripts/python.sh
 if "$all"; then
     say 'ARM'
     rustup target add aarch64-unknown-linux-gnu

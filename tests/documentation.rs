@@ -9,6 +9,7 @@
 //!   `BONDLINE_ALL` is set.
 //! - `toml`, `csv`: `file=PATH` writes the block to a file, `append=PATH` appends it to one; `case` is a whole case,
 //!   loaded at the end of the page; `into=PATH` replaces keys and tables of that case, which must then load.
+//! - `python`: run by `python/tests/test_book.py`.
 //! - `sh`: commands that are not run: cargo, or scripts that exist.
 //!
 //! The crate `trycmd` also runs such pages, but shows placeholders in place of times and writes no files from blocks.
@@ -18,8 +19,8 @@ use bondline::case::Case;
 use std::fs;
 use std::process::Command;
 
-/// Languages of blocks that are for reading only.
-const READ_ONLY: &[&str] = &["text", "rust"];
+/// Languages of blocks that are not run here; the tests of the Python package run those in Python.
+const READ_ONLY: &[&str] = &["text", "rust", "python"];
 
 struct Block {
     language: String,

@@ -68,11 +68,7 @@ impl Case {
             let (label, bytes) = (file.display().to_string(), read_file(&file, &TEXT_FILE_MIB));
             bytes.iter().for_each(|bytes| read.add(label.clone(), bytes));
             let mut root = text_file::parse_toml_file(bytes, &label, FileKind::Case, &diagnostics)?;
-            let mut paths = Vec::new();
-            spanned_toml::collect_all(
-                overrides.iter().map(|(name, value)| apply_override(&mut root, name, value, &mut paths, &diagnostics)),
-            )?;
-            replace_old_names(&mut root, FileKind::Case, &diagnostics);
+            override_keys(&mut root, overrides, &diagnostics)?;
             let folder = Folder::new(file.parent().unwrap_or(Path::new(".")));
             let files = RecordedFiles::new(&folder, std::mem::take(&mut read));
             let case = read_document(&root, &files, file_id(&file), &diagnostics);
@@ -88,14 +84,39 @@ impl Case {
     /// # Errors
     /// All errors of the text and of the files that it names, each with line and column.
     pub fn from_toml(text: &str, id: &str, files: &dyn FileSource) -> Result<Self, CaseError> {
+        Self::from_toml_with(text, id, files, &[])
+    }
+
+    /// Read a case from text as [`from_toml`](Self::from_toml), and override some of its keys as
+    /// [`load_with`](Self::load_with).
+    ///
+    /// # Errors
+    /// As both.
+    pub fn from_toml_with(
+        text: &str,
+        id: &str,
+        files: &dyn FileSource,
+        overrides: &[(String, String)],
+    ) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
         let mut read = InputFiles::default();
         read.add(id.to_owned(), text.as_bytes());
         let files = RecordedFiles::new(files, read);
-        let case = text_file::parse_toml(text, id, FileKind::Case, &diagnostics)
-            .and_then(|root| read_document(&root, &files, id.to_owned(), &diagnostics));
+        let case = text_file::parse_toml(text, id, FileKind::Case, &diagnostics).and_then(|mut root| {
+            override_keys(&mut root, overrides, &diagnostics)?;
+            read_document(&root, &files, id.to_owned(), &diagnostics)
+        });
         build(case, files.into_read(), diagnostics)
     }
+}
+
+/// Replace keys of a document, and then the old names of keys.
+fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagnostics: &Diagnostics) -> ReadResult<()> {
+    let mut paths = Vec::new();
+    let applied = overrides.iter().map(|(name, value)| apply_override(root, name, value, &mut paths, diagnostics));
+    spanned_toml::collect_all(applied)?;
+    replace_old_names(root, FileKind::Case, diagnostics);
+    Ok(())
 }
 
 /// The validated case, with its files and their old names.

@@ -1,0 +1,449 @@
+"""Cases, and the questions about them."""
+
+from __future__ import annotations
+
+import functools
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bondline import _bondline
+from bondline._options import content, text, words
+from bondline._results import (
+    Estimate,
+    History,
+    Prediction,
+    Result,
+    Sensitivity,
+    Sizing,
+    Study,
+    Uncertainty,
+)
+
+if TYPE_CHECKING:
+    import pandas
+
+Array = NDArray[np.float64]
+#: ``True`` for a bar on standard error, or a function of the members marched and of their number.
+ProgressOption = bool | Callable[[int, int | None], object]
+
+_R = TypeVar("_R", bound=Result)
+
+
+class Case:
+    """A validated case: plies, sensors, exposure, factors and observations.
+
+    A case does not change. Use :meth:`load`, :meth:`from_toml` or :meth:`from_dict` to make one, and :meth:`with_` for
+    one with other values.
+    """
+
+    def __init__(self, core: _bondline.Case, remake: Callable[[list[tuple[str, str]]], _bondline.Case]) -> None:
+        self._core = core
+        self._remake = remake
+        self._overrides: dict[str, str] = {}
+        self._session: dict[str, object] = {}
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Case:
+        """Read a case from its file, or from a folder with a ``case.toml``.
+
+        Raises
+        ------
+        CaseError
+            The file, or a file that it names, has errors; the message has a line for each of them.
+        """
+        return cls._made(functools.partial(_bondline.Case.load, path))
+
+    @classmethod
+    def from_toml(cls, text: str, files: Mapping[str, str] | None = None, id: str = "case") -> Case:
+        """Make a case from the text of a case file.
+
+        Parameters
+        ----------
+        text
+            The case file.
+        files
+            Texts of the files that it names, by path; files on disk are not read.
+        id
+            Name of the case in messages and reports.
+        """
+        return cls._made(functools.partial(_bondline.Case.from_toml, text, id, dict(files or {})))
+
+    @classmethod
+    def from_dict(
+        cls,
+        case: Mapping[str, Any],
+        materials: Mapping[str, Mapping[str, Any]] | None = None,
+        observations: pandas.DataFrame | None = None,
+        files: Mapping[str, str] | None = None,
+        id: str = "case",
+    ) -> Case:
+        """Make a case from values with the keys of a case file.
+
+        Parameters
+        ----------
+        case
+            Content of the case file; a value is a number, a text with a unit, a pint quantity, or an array.
+        materials
+            Contents of material files by name: ``material = "mine"`` in a ply is ``materials["mine"]``.
+        observations
+            Measured temperatures, K: one column a sensor, with its name, and the times in s as index. ``nan`` is a gap.
+        files
+            Texts of further files that the case names, by path.
+        id
+            Name of the case in messages and reports.
+        """
+        found = dict(files or {})
+        root = content(case)
+        for name, material in (materials or {}).items():
+            found[f"materials/{name}.toml"] = _bondline.to_toml(content(material))
+        if observations is not None:
+            columns = observations.rename(columns=lambda name: f"{name}_K")
+            found["observations.csv"] = columns.to_csv(index_label="time_s")
+            root.setdefault("observations", {})["file"] = "observations.csv"
+        text = _bondline.to_toml(root)
+        try:
+            return cls.from_toml(text, found, id)
+        except _bondline.CaseError as error:
+            raise _bondline.CaseError(_with_lines(str(error), id, text)) from None
+
+    @classmethod
+    def _made(cls, remake: Callable[[list[tuple[str, str]]], _bondline.Case]) -> Case:
+        return cls(remake([]), remake)
+
+    def with_(self, changes: Mapping[str, object] | None = None, **more: object) -> Case:
+        """The case with other values.
+
+        Parameters
+        ----------
+        changes, more
+            New values by factor, whose nominal value is set, or by key of the case file, such as ``pressure="3 kPa"``
+            or ``{"ply.OF1.thickness": "3 mm"}``.
+        """
+        overrides = self._overrides | {
+            name: text(value) for name, value in ({**(changes or {})} | more).items()
+        }
+        found = Case(self._remake(list(overrides.items())), self._remake)
+        found._overrides, found._session = overrides, self._session
+        return found
+
+    def on(
+        self, backend: str | None = None, precision: str | None = None, device: str | None = None
+    ) -> Case:
+        """The case with another backend (``"auto"``, ``"cpu"``, ``"gpu"``), precision (``"f32"``, ``"f64"``) or device.
+
+        Parameters
+        ----------
+        backend
+            Where members are marched.
+        precision
+            Floating-point precision; f64 on the processor and f32 on a device by default.
+        device
+            Part of the name of a Vulkan device.
+        """
+        given = {"backend": backend, "precision": precision, "device": device}
+        found = Case(self._core, self._remake)
+        found._overrides = self._overrides
+        found._session = self._session | {name: value for name, value in given.items() if value is not None}
+        return found
+
+    @functools.cached_property
+    def _content(self) -> dict[str, Any]:
+        return self._core.content()
+
+    @property
+    def id(self) -> str:
+        """Name of the folder or file."""
+        return str(self._content["id"])
+
+    @property
+    def name(self) -> str:
+        """Title given by the analyst."""
+        return str(self._content["name"])
+
+    @property
+    def notes(self) -> list[str]:
+        """What the files hold and the case does not use, one sentence each."""
+        return self._core.notes()
+
+    @functools.cached_property
+    def sensors(self) -> list[str]:
+        """Names of the sensors."""
+        return [str(sensor["name"]) for sensor in self._content["sensors"]]
+
+    @functools.cached_property
+    def factors(self) -> list[str]:
+        """Names of the factors, in the order of the columns of :meth:`march`."""
+        return [str(factor["name"]) for factor in self._content["factors"]]
+
+    @property
+    def nominal(self) -> Array:
+        """Nominal values of the factors."""
+        return np.array([factor["nominal"] for factor in self._content["factors"]], dtype=float)
+
+    @functools.cached_property
+    def estimated(self) -> list[str]:
+        """Names of the factors that :meth:`residuals` and :meth:`estimate` vary."""
+        return [self.factors[place] for place in self._content["estimate"]["factors"]]
+
+    @property
+    def ndim(self) -> int:
+        """Number of factors that :meth:`residuals` varies."""
+        return len(self.estimated)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the estimated factors: those that the case estimates within."""
+        kind = str(self._content["estimate"]["bounds"]).lower()
+        both = [self._factor(name)[kind] for name in self.estimated]
+        return np.array([low for low, _ in both], dtype=float), np.array([high for _, high in both], dtype=float)
+
+    def salib_problem(self, bounds: str = "small") -> dict[str, Any]:
+        """The factors as a problem of SALib: uniform between their small or large bounds."""
+        return {
+            "num_vars": len(self.factors),
+            "names": list(self.factors),
+            "bounds": [list(self._factor(name)[bounds]) for name in self.factors],
+        }
+
+    def _factor(self, name: str) -> dict[str, Any]:
+        found: dict[str, Any] = self._content["factors"][self.factors.index(name)]
+        return found
+
+    def instants_s(self) -> Array:
+        """Instants of all traces, s."""
+        return self._core.instants_s(words(self._session))
+
+    def march(self, points: ArrayLike | pandas.DataFrame, progress: ProgressOption = False) -> Array:
+        """Temperatures of members with stated values of the factors.
+
+        Parameters
+        ----------
+        points
+            A row for each member, with a value for each factor; or a data frame, whose columns are factors and in which
+            factors that are missing are nominal.
+        progress
+            Whether to show the progress, or a function of the members marched and of their number.
+
+        Returns
+        -------
+        numpy.ndarray
+            Temperatures, K: member × sensor × instant. A member that fails has ``nan``.
+        """
+        return self._core.march(self._points(points), words(self._session), _report(progress))
+
+    def tangents(
+        self,
+        points: ArrayLike | pandas.DataFrame,
+        factors: Iterable[str] | None = None,
+        progress: ProgressOption = False,
+    ) -> tuple[Array, Array]:
+        """Temperatures of members, and their exact derivatives with respect to factors.
+
+        Parameters
+        ----------
+        points
+            As in :meth:`march`.
+        factors
+            Names of the factors to differentiate by; by default all.
+        progress
+            As in :meth:`march`.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Temperatures, K: member × sensor × instant; derivatives, K: member × factor × sensor × instant.
+        """
+        chosen = self.factors if factors is None else list(factors)
+        places = [self._place(name) for name in chosen]
+        both = self._core.tangents(self._points(points), places, words(self._session), _report(progress))
+        return both[:, 0], both[:, 1:]
+
+    def _place(self, name: str) -> int:
+        if name not in self.factors:
+            raise _bondline.OptionError(f"no factor is called {name!r}; there are {', '.join(self.factors)}")
+        return self.factors.index(name)
+
+    def _points(self, points: ArrayLike | pandas.DataFrame) -> Array:
+        count = len(self.factors)
+        if hasattr(points, "columns"):
+            frame: Any = points
+            found = np.tile(self.nominal, (len(frame), 1))
+            for name in frame.columns:
+                found[:, self._place(str(name))] = frame[name]
+            return found
+        found = np.ascontiguousarray(points, dtype=np.float64)
+        if found.ndim != 2 or found.shape[1] != count:
+            shape = " × ".join(str(length) for length in found.shape) or "a single number"
+            raise ValueError(
+                f"points: expected member × factor with {count} factors ({', '.join(self.factors)}), found {shape}"
+            )
+        return found
+
+    @functools.cached_property
+    def _samples(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
+        samples = self._core.samples(words(self._session))
+        if not samples:
+            raise _bondline.OptionError("the case has no observations to compare with")
+        sensors, instants, measured_k, sigma_k = zip(*samples, strict=True)
+        return np.array(sensors), np.array(instants), np.array(measured_k), np.array(sigma_k)
+
+    def _rows(self, x: ArrayLike) -> Array:
+        values = np.atleast_2d(np.asarray(x, dtype=np.float64))
+        if values.shape[-1] != self.ndim:
+            raise ValueError(
+                f"x: expected {self.ndim} values ({', '.join(self.estimated)}), found {values.shape[-1]}"
+            )
+        rows = np.tile(self.nominal, (len(values), 1))
+        rows[:, [self.factors.index(name) for name in self.estimated]] = values
+        return rows
+
+    def residuals(self, x: ArrayLike) -> Array:
+        """Predicted minus measured temperatures over their standard deviations, for values of the estimated factors.
+
+        Parameters
+        ----------
+        x
+            A value for each of :attr:`estimated`, or a row of them for each member.
+
+        Returns
+        -------
+        numpy.ndarray
+            A residual for each sample, or member × sample.
+        """
+        sensors, instants, measured_k, sigma_k = self._samples
+        temperatures_k = self.march(self._rows(x))
+        found: Array = (temperatures_k[:, sensors, instants] - measured_k) / sigma_k
+        return found if np.ndim(x) == 2 else found[0]
+
+    def jacobian(self, x: ArrayLike) -> Array:
+        """Exact derivatives of :meth:`residuals` at one point: sample × estimated factor."""
+        sensors, instants, _, sigma_k = self._samples
+        _, slopes_k = self.tangents(self._rows(x), self.estimated)
+        found: Array = (slopes_k[0][:, sensors, instants] / sigma_k).T
+        return found
+
+    def log_prob(self, x: ArrayLike) -> Array | float:
+        """Logarithm of the posterior density, but for a constant: independent normal noise, and a uniform prior between
+        :attr:`bounds`.
+
+        Parameters
+        ----------
+        x
+            A value for each of :attr:`estimated`, or a row of them for each member.
+
+        Returns
+        -------
+        float or numpy.ndarray
+            One number, or one for each row; minus infinity outside the bounds.
+        """
+        rows = np.atleast_2d(np.asarray(x, dtype=np.float64))
+        low, high = self.bounds
+        inside = np.all((rows >= low) & (rows <= high), axis=1)
+        found = np.full(len(rows), -np.inf)
+        if inside.any():
+            squares = np.sum(self.residuals(rows[inside]) ** 2, axis=1)
+            found[inside] = np.where(np.isfinite(squares), -0.5 * squares, -np.inf)
+        return found if np.ndim(x) == 2 else float(found[0])
+
+    def predict(self, progress: ProgressOption = False) -> Prediction:
+        """Temperatures and heat balance at nominal factors, compared with the observations."""
+        return self._ask(Prediction, "predict", {}, progress)
+
+    def uncertainty(
+        self, n: int = 5000, seed: int = 1, keep: str | None = None, progress: ProgressOption = False, **options: object
+    ) -> Uncertainty:
+        """A Monte Carlo sweep over the factors.
+
+        Parameters
+        ----------
+        n
+            Number of members.
+        seed
+            Seed of the random numbers.
+        keep
+            ``"members"`` keeps factors and temperatures of all members.
+        progress
+            As in :meth:`march`.
+        options
+            Options of the command ``bondline uncertainty``: ``sampling``, ``sampling_bounds``.
+        """
+        if keep not in (None, "members"):
+            raise ValueError(f"keep: expected 'members' or None, found {keep!r}")
+        given = {"seed": seed} | options
+        kept = keep is not None
+        return self._ask(Uncertainty, "uncertainty", given, progress, keeps_members=kept, first=["-n", str(n)])
+
+    def sensitivity(self, progress: ProgressOption = False, **options: object) -> Sensitivity:
+        """Derivatives with respect to the factors, and which factors can be estimated together.
+
+        Options are those of the command ``bondline sensitivity``: ``method``, ``step``, ``sensors``, ``window``.
+        """
+        return self._ask(Sensitivity, "sensitivity", options, progress)
+
+    def estimate(self, progress: ProgressOption = False, **options: object) -> Estimate:
+        """Factors fitted to the observations by least squares, with 95 % confidence intervals.
+
+        Options are those of the command ``bondline estimate``: ``factors=["f_k_INS"]``, ``start={"f_k_INS": 1.2}``,
+        ``bounds``, ``sensors``, ``window=(0, 80)``, ``loss``, ``prior``, ``starts``, ``profile``, ``posterior=True``,
+        ``seed`` and others.
+        """
+        return self._ask(Estimate, "estimate", options, progress)
+
+    def study(self, n: int = 5000, progress: ProgressOption = False, **options: object) -> Study:
+        """Prediction, uncertainty, sensitivity, and an estimate where there are observations."""
+        return self._ask(Study, "study", options, progress, first=["-n", str(n)])
+
+    def size(
+        self, ply: str, limit: str, n: int = 5000, progress: ProgressOption = False, **options: object
+    ) -> Sizing:
+        """The thickness of a ply for a temperature limit such as ``"TC4 < 623 K"``."""
+        return self._ask(Sizing, "size", {"ply": ply, "limit": limit} | options, progress, first=["-n", str(n)])
+
+    def history(self, progress: ProgressOption = False, **options: object) -> History:
+        """The heating of the hot face over time, from the observations (inverse heat conduction)."""
+        return self._ask(History, "history", options, progress)
+
+    def _ask(
+        self,
+        kind: type[_R],
+        command: str,
+        options: Mapping[str, object],
+        progress: ProgressOption,
+        keeps_members: bool = False,
+        first: Sequence[str] = (),
+    ) -> _R:
+        answers, members = self._core.ask(
+            command, [*first, *words(options)], words(self._session), keeps_members, _report(progress)
+        )
+        return kind(self, answers, members)
+
+    def __repr__(self) -> str:
+        return f"<bondline.Case {self.id!r}: {len(self.sensors)} sensors, {len(self.factors)} factors>"
+
+
+def _with_lines(message: str, id: str, text: str) -> str:
+    """Errors of a text that the caller has not seen, each with its line of the text in place of the position."""
+    lines = text.splitlines()
+    return re.sub(
+        rf"^{re.escape(id)}:(\d+):\d+: (.*)$",
+        lambda found: f"{id}: {found[2]} in `{lines[int(found[1]) - 1]}`",
+        message,
+        flags=re.MULTILINE,
+    )
+
+
+def _report(progress: ProgressOption) -> Callable[[int, int | None], object] | None:
+    if callable(progress):
+        return progress
+    return _show if progress else None
+
+
+def _show(marched: int, expected: int | None) -> None:
+    share = f" of {expected}" if expected is not None else ""
+    print(f"\r{marched}{share} members", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,224 @@
+//! A case, with its open session.
+
+use crate::command::args::{Cli, Command, MarchArgs, convert};
+use crate::errors;
+use crate::question::{self, Answers};
+use crate::work::Watch;
+use bondline::session::Options;
+use bondline::study::thermocouple_residuals::samples;
+use bondline::{Ensemble, Session};
+use clap::Parser;
+use numpy::{IntoPyArray, PyArray, PyArray1, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pythonize::pythonize;
+use std::collections::{BTreeMap, HashMap};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+/// A session, and the options that it was opened with.
+struct OpenSession {
+    options: Vec<String>,
+    watch: Watch,
+    session: Session,
+}
+
+/// A validated case.
+#[pyclass(frozen, module = "bondline._bondline")]
+pub(crate) struct Case {
+    case: bondline::Case,
+    session: Mutex<Option<OpenSession>>,
+}
+
+impl Case {
+    fn new(case: bondline::Case) -> Self {
+        Self { case, session: Mutex::new(None) }
+    }
+
+    /// Runs `work` on a session with these options of the command. The session stays open for the next call with the
+    /// same options, unless the work was cancelled.
+    pub(crate) fn with_session<T: Send>(
+        &self,
+        py: Python<'_>,
+        options: &[String],
+        report: Option<&Bound<'_, PyAny>>,
+        work: impl FnOnce(&mut Session) -> PyResult<T> + Send,
+    ) -> PyResult<T> {
+        let march = march_args(options)?;
+        let kept = py.detach(|| self.session.lock().unwrap_or_else(PoisonError::into_inner).take());
+        let kept = kept.filter(|kept| kept.options == options);
+        let watch = kept.as_ref().map_or_else(Watch::default, |kept| kept.watch.clone());
+        let run = || {
+            let mut open = match kept {
+                Some(open) => open,
+                None => {
+                    let session = Session::open(self.case.clone(), &session_options(&march, &watch)?)
+                        .map_err(|error| errors::session_error(&error))?;
+                    OpenSession { options: options.to_vec(), watch: watch.clone(), session }
+                }
+            };
+            let result = work(&mut open.session);
+            Ok::<_, PyErr>((open, result))
+        };
+        let (open, result) = watch.run(py, report, run)??;
+        *self.session.lock().unwrap_or_else(PoisonError::into_inner) = Some(open);
+        result
+    }
+}
+
+/// The options of marches among words of the command.
+fn march_args(words: &[String]) -> PyResult<MarchArgs> {
+    match parse("predict", words)? {
+        Command::Predict(args) => Ok(args.march),
+        _ => Err(PyValueError::new_err("the words are of another command")),
+    }
+}
+
+/// The options of a session.
+fn session_options(march: &MarchArgs, watch: &Watch) -> PyResult<Options> {
+    let choice = convert::choice(march).map_err(|failure| errors::failure(&failure))?;
+    let progress = watch.clone();
+    let mut options = Options::default()
+        .backend(choice.kind)
+        .cancel(&watch.cancel)
+        .progress(move |now| progress.set(now))
+        .command_line(convert::command_line());
+    (options.precision, options.device) = (choice.precision, choice.device);
+    Ok(options)
+}
+
+/// A command with its options.
+pub(crate) fn parse(command: &str, words: &[String]) -> PyResult<Command> {
+    let fixed = ["bondline", command, "case"].map(str::to_owned);
+    let parsed = Cli::try_parse_from(fixed.iter().chain(words));
+    parsed.map(|cli| cli.command).map_err(|error| {
+        let text = error.render().to_string();
+        let message = text.split("\n\n").next().unwrap_or(&text);
+        errors::OptionError::new_err(message.trim_start_matches("error: ").trim().to_owned())
+    })
+}
+
+/// The members of an array with a row for each.
+fn ensemble(points: &PyReadonlyArray2<'_, f64>) -> PyResult<Ensemble> {
+    let [_, factors] = points.as_array().shape()[..] else { unreachable!("two axes") };
+    let values = points.as_array().iter().copied().collect::<Vec<f64>>();
+    if let Some(place) = values.iter().position(|value| !value.is_finite()) {
+        let (member, factor) = (place / factors.max(1), place % factors.max(1));
+        return Err(PyValueError::new_err(format!(
+            "points[{member}, {factor}] is {}: expected finite numbers",
+            values[place]
+        )));
+    }
+    Ok(Ensemble::from_values(factors, values))
+}
+
+#[pymethods]
+impl Case {
+    /// Reads a case, with pairs of a key and a value that replace those of its file.
+    #[staticmethod]
+    fn load(path: PathBuf, overrides: Vec<(String, String)>) -> PyResult<Self> {
+        let case = bondline::Case::load_with(&path, &overrides).map_err(|error| errors::case_error(&error))?;
+        Ok(Self::new(case))
+    }
+
+    /// Reads a case from the text of a case file, and the files that it names from memory.
+    #[staticmethod]
+    fn from_toml(
+        text: &str,
+        id: &str,
+        files: HashMap<String, String>,
+        overrides: Vec<(String, String)>,
+    ) -> PyResult<Self> {
+        let files: BTreeMap<String, String> = files.into_iter().collect();
+        let case = bondline::Case::from_toml_with(text, id, &files, &overrides);
+        Ok(Self::new(case.map_err(|error| errors::case_error(&error))?))
+    }
+
+    /// The content of the case.
+    fn content<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.case)?)
+    }
+
+    /// What was not read, and keys under old names, one line each.
+    fn notes(&self) -> Vec<String> {
+        self.case.unread_data().iter().map(ToString::to_string).collect()
+    }
+
+    /// Instants of the traces, s.
+    #[pyo3(signature = (options, report=None))]
+    fn instants_s<'py>(
+        &self,
+        py: Python<'py>,
+        options: Vec<String>,
+        report: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let instants =
+            self.with_session(py, &options, report.as_ref(), |session| Ok(session.plan().instants_s().to_vec()))?;
+        Ok(instants.into_pyarray(py))
+    }
+
+    /// Temperatures of members, K: member × sensor × instant. A member that fails has NaN.
+    #[pyo3(signature = (points, options, report=None))]
+    fn march<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+        options: Vec<String>,
+        report: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let members = ensemble(&points)?;
+        let traces = self.with_session(py, &options, report.as_ref(), move |session| {
+            session.march(&members).map_err(|error| errors::session_error(&error))
+        })?;
+        let shape = [traces.statuses.len(), traces.sensors, traces.instants];
+        question::temperatures(traces).into_pyarray(py).reshape(shape)
+    }
+
+    /// Temperatures and their exact derivatives: member × (1 + factor) × sensor × instant.
+    #[pyo3(signature = (points, factors, options, report=None))]
+    fn tangents<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+        factors: Vec<usize>,
+        options: Vec<String>,
+        report: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray4<f64>>> {
+        let members = ensemble(&points)?;
+        let (count, width) = (members.len(), 1 + factors.len());
+        let traces = self.with_session(py, &options, report.as_ref(), move |session| {
+            let traces = session.tangents(&members, &factors).map_err(|error| errors::session_error(&error))?;
+            traces.ok_or_else(|| errors::DeviceError::new_err("the backend has no derivatives"))
+        })?;
+        let shape = [count, width, traces.sensors, traces.instants];
+        PyArray::from_vec(py, question::temperatures(traces)).reshape(shape)
+    }
+
+    /// The samples that are fitted: sensor, instant, measured temperature in K and standard deviation in K.
+    #[pyo3(signature = (options, report=None))]
+    fn samples(
+        &self,
+        py: Python<'_>,
+        options: Vec<String>,
+        report: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<(usize, usize, f64, f64)>> {
+        self.with_session(py, &options, report.as_ref(), |session| {
+            let all = samples(session.case(), session.plan()).into_iter().flatten();
+            Ok(all.map(|sample| (sample.sensor, sample.instant, sample.measured_k, sample.sigma_k)).collect())
+        })
+    }
+
+    /// Answers a question: the name of a command, its options, and the options of the session.
+    #[pyo3(signature = (command, words, options, keeps_members=false, report=None))]
+    fn ask<'py>(
+        &self,
+        py: Python<'py>,
+        command: &str,
+        words: Vec<String>,
+        options: Vec<String>,
+        keeps_members: bool,
+        report: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<(Answers, Option<question::Members>)> {
+        question::ask(self, py, command, &words, &options, keeps_members, report.as_ref())
+    }
+}

@@ -1,0 +1,36 @@
+//! Exceptions.
+
+use crate::command::exit::Failure;
+use bondline::session::SessionError;
+use pyo3::create_exception;
+use pyo3::exceptions::{PyException, PyKeyboardInterrupt};
+use pyo3::prelude::*;
+
+create_exception!(bondline, BondlineError, PyException, "Base class of the exceptions of bondline.");
+create_exception!(bondline, CaseError, BondlineError, "A case has errors; the message has one line for each of them.");
+create_exception!(bondline, OptionError, BondlineError, "An option is wrong, or the case lacks what it needs.");
+create_exception!(bondline, DeviceError, BondlineError, "A device failed.");
+
+/// The exception of a case that cannot be read.
+pub(crate) fn case_error(error: &bondline::case::CaseError) -> PyErr {
+    CaseError::new_err(error.to_string())
+}
+
+/// The exception of a question.
+pub(crate) fn session_error(error: &SessionError) -> PyErr {
+    match error {
+        SessionError::Input(error) => OptionError::new_err(error.to_string()),
+        SessionError::March(error) => DeviceError::new_err(error.to_string()),
+        SessionError::Cancelled => PyKeyboardInterrupt::new_err("cancelled"),
+        other => BondlineError::new_err(other.to_string()),
+    }
+}
+
+/// The exception of options that the command refuses.
+pub(crate) fn failure(failure: &Failure) -> PyErr {
+    match failure {
+        Failure::Input(error) => OptionError::new_err(error.to_string()),
+        Failure::Device(error) => DeviceError::new_err(error.to_string()),
+        Failure::Report(error) => BondlineError::new_err(error.to_string()),
+    }
+}

@@ -1,0 +1,45 @@
+//! Module `bondline._bondline`: the sessions of the library, with the options of the command.
+//!
+//! A question takes its options as the words of the command, so that both have the same options, defaults, checks and
+//! messages. The package in `python/bondline` gives them Python names and types.
+
+mod case;
+#[path = "../../src/command/mod.rs"]
+#[allow(unreachable_pub, reason = "the module is written for a binary")]
+mod command;
+mod errors;
+mod question;
+mod work;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+use pythonize::depythonize;
+
+/// Runs the command with these words, the first of which is its name, and returns the exit code.
+#[pyfunction]
+fn run_command(py: Python<'_>, words: Vec<String>) -> u8 {
+    py.detach(|| command::run_words(words.into_iter().map(Into::into)))
+}
+
+/// The text of a TOML document with this content.
+#[pyfunction]
+fn to_toml(content: &Bound<'_, PyAny>) -> PyResult<String> {
+    let content: toml::Table = depythonize(content)?;
+    toml::to_string(&content).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+#[pymodule]
+fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<case::Case>()?;
+    module.add_class::<question::Answers>()?;
+    module.add_function(wrap_pyfunction!(run_command, module)?)?;
+    module.add_function(wrap_pyfunction!(to_toml, module)?)?;
+    let py = module.py();
+    module.add("BondlineError", py.get_type::<errors::BondlineError>())?;
+    module.add("CaseError", py.get_type::<errors::CaseError>())?;
+    module.add("OptionError", py.get_type::<errors::OptionError>())?;
+    module.add("DeviceError", py.get_type::<errors::DeviceError>())?;
+    module.add("__all__", PyList::new(py, ["Answers", "Case", "run_command", "to_toml"])?)
+}

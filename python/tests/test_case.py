@@ -1,0 +1,133 @@
+"""Cases from files, text and Python values."""
+
+from pathlib import Path
+from typing import Any
+
+import bondline
+import numpy as np
+import pandas
+import pytest
+from conftest import CASES
+
+STATED = {"mark": "estimated", "source": "a test", "uncertainty": "10 %"}
+MATERIAL = {
+    "name": "Mine",
+    "density": {"value": "200 kg/m^3"} | STATED,
+    "heat_capacity": {"value": "900 J/kg/K"} | STATED,
+    "conductivity": {"value": "0.04 W/m/K"} | STATED,
+    "emissivity": {"value": 0.9} | STATED,
+}
+
+
+def content() -> dict[str, Any]:
+    """A case that refers to a material in memory."""
+    return {
+        "initial_temperature": "300 K",
+        "duration": "60 s",
+        "ply": [{"name": "A", "material": "pyrogel3350", "thickness": "3 mm"}],
+        "sensor": [{"name": "BACK", "below": "A"}],
+        "hot_face": {"kind": "heated", "flux": "5 kW/m^2"},
+        "back_face": {"kind": "insulated"},
+        "factor": [
+            {
+                "name": "f_k",
+                "group": "A",
+                "property": "conductivity",
+                "small": [0.9, 1.1],
+                "large": [0.5, 1.5],
+            }
+        ],
+    }
+
+
+def test_a_case_from_values_marches_as_the_same_case_from_text() -> None:
+    written = """
+        initial_temperature = "300 K"
+        duration = "60 s"
+        ply = [{ name = "A", material = "pyrogel3350", thickness = "3 mm" }]
+        sensor = [{ name = "BACK", below = "A" }]
+        hot_face = { kind = "heated", flux = "5 kW/m^2" }
+        back_face = { kind = "insulated" }
+        [[factor]]
+        name = "f_k"
+        group = "A"
+        property = "conductivity"
+        small = [0.9, 1.1]
+        large = [0.5, 1.5]
+    """
+    one, other = bondline.Case.from_dict(content()), bondline.Case.from_toml(written)
+    assert np.array_equal(one.march([[1.05]]), other.march([[1.05]]))
+    assert not np.array_equal(one.march([[1.05]]), other.march([[1.06]]))
+
+
+def test_a_material_of_a_case_may_be_in_memory() -> None:
+    values = content()
+    values["ply"][0]["material"] = "mine"
+    one = bondline.Case.from_dict(values, materials={"mine": MATERIAL})
+    other = bondline.Case.from_dict(
+        values, materials={"mine": MATERIAL | {"density": {"value": "210 kg/m^3"} | STATED}}
+    )
+    assert one.march([[1.0]])[0, 0, -1] > other.march([[1.0]])[0, 0, -1] > 300.0
+    with pytest.raises(bondline.CaseError, match="mine"):
+        bondline.Case.from_dict(values)
+
+
+def test_quantities_of_pint_and_arrays_of_numpy_are_values_of_a_case() -> None:
+    pint = pytest.importorskip("pint")
+    unit = pint.UnitRegistry()
+    values = content()
+    values["ply"][0]["thickness"] = 3000 * unit.um
+    values["hot_face"]["flux"] = unit.Quantity(0.5, "W/cm**2")
+    values["factor"][0]["small"] = np.array([0.9, 1.1])
+    same = bondline.Case.from_dict(values).march([[1.0]])
+    assert np.array_equal(same, bondline.Case.from_dict(content()).march([[1.0]]))
+
+
+def test_observations_of_a_data_frame_are_fitted_and_gaps_are_left_out() -> None:
+    truth = bondline.Case.from_dict(content())
+    times_s = truth.instants_s()
+    readings_k = truth.march([[1.08]])[0, 0]
+    readings_k[3] = np.nan
+    frame = pandas.DataFrame({"BACK": readings_k}, index=times_s)
+    values = content() | {"observations": {"sigma": "0.5 K"}, "estimate": {"factors": ["f_k"]}}
+    case = bondline.Case.from_dict(values, observations=frame)
+    found = case.estimate()
+    assert found.values == pytest.approx([1.08], abs=1e-4)
+    assert found.record["estimated"]["samples"] == len(times_s) - 1
+    low, high = found.table[["low", "high"]].to_numpy()[0]
+    assert low <= 1.08 <= high
+
+
+def test_a_changed_case_marches_as_a_case_that_was_written_so(slab: bondline.Case) -> None:
+    changed = slab.with_({"ply.SLAB.thickness": "12 mm"}, f_k=1.1)
+    assert changed.nominal.tolist() == [1.1, 1.0]
+    assert slab.nominal.tolist() == [1.0, 1.0]
+    text = (CASES / "slab" / "case.toml").read_text().replace('"10 mm"', '"12 mm"')
+    text = text.replace('name = "f_k"', 'name = "f_k"\nnominal = 1.1')
+    names = ["exact.csv", "materials/constant.toml"]
+    files = {name: (CASES / "slab" / name).read_text() for name in names}
+    written = bondline.Case.from_toml(text, files).on(backend="cpu")
+    assert np.array_equal(changed.march([[1.1, 1.0]]), written.march([[1.1, 1.0]]))
+
+
+def test_every_error_of_a_case_is_a_line_of_one_exception(tmp_path: Path) -> None:
+    values = content()
+    values["duration"] = "60 parsecs"
+    values["ply"][0]["thickness"] = "-3 mm"
+    with pytest.raises(bondline.CaseError) as raised:
+        bondline.Case.from_dict(values)
+    duration, thickness, count = str(raised.value).splitlines()
+    assert "parsecs" in duration and 'duration = "60 parsecs"' in duration
+    assert "above 0" in thickness and 'thickness = "-3 mm"' in thickness
+    assert count == "2 errors"
+    with pytest.raises(bondline.CaseError, match="no such file"):
+        bondline.Case.load(tmp_path / "none")
+
+
+def test_a_wrong_option_is_named(slab: bondline.Case) -> None:
+    with pytest.raises(bondline.OptionError, match='no factor is called "f_nope"; there are f_k, f_cp'):
+        slab.estimate(factors=["f_nope"])
+    with pytest.raises(bondline.OptionError, match="unexpected argument '--nope'"):
+        slab.estimate(nope=1)
+    with pytest.raises(bondline.OptionError, match="at least 2 members"):
+        slab.uncertainty(n=1)
