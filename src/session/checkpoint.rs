@@ -7,11 +7,11 @@ use super::merge::difference;
 use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::study::coverage_study::{DataSetFit, kept_fits::KeptFits};
 use crate::study::kept_rows::KeptRows;
-use crate::study::row_journal::RowJournal;
+use crate::study::row_journal::{self, RowJournal};
 use crate::study::sweep_piece::Piece;
 use crate::study::uncertainty::SweepStatistics;
 use crate::study::work_log::WorkLog;
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -141,13 +141,29 @@ impl Checkpoint {
         Ok(Some(content(&text).map_err(fault)?))
     }
 
+    /// Write a file that counts the rows of the journals, after these are on the disk.
     fn write(&self, name: &str, text: &str) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let partial = self.folder.join(format!("{name}.partial"));
         let mut file = File::create(&partial)?;
         file.write_all(text.as_bytes())?;
         file.sync_all()?;
+        self.sync_journals()?;
         fs::rename(partial, self.folder.join(name))
+    }
+
+    /// Wait until the journals in the folder, and their names, are on the disk.
+    fn sync_journals(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.folder)? {
+            let path = entry?.path();
+            if path.extension().is_some_and(|extension| extension == row_journal::EXTENSION) {
+                // Some systems synchronise only what can be written.
+                OpenOptions::new().write(true).open(path)?.sync_data()?;
+            }
+        }
+        // Not every system can synchronise a folder.
+        let _ = File::open(&self.folder).and_then(|folder| folder.sync_all());
+        Ok(())
     }
 }
 
@@ -341,7 +357,7 @@ impl RowKeeper {
         if self.keeper.error.is_some() {
             return;
         }
-        match self.journal.commit().and_then(|()| self.journal.sync()) {
+        match self.journal.commit() {
             Ok(()) => self.keeper.keep(self.files.head, || self.head.to_json()),
             Err(error) => self.keeper.fail(error),
         }
@@ -382,4 +398,23 @@ fn check_study(checkpoint: &Checkpoint, unit: &str, found: &str, expected: &str)
     }
     let folder = checkpoint.folder.display();
     Err(InputError::general(format!("{folder} keeps {unit} of another study: {found}, expected {expected}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_counts_rows_is_not_named_before_they_are_on_the_disk() {
+        let folder = std::env::temp_dir().join(format!("bondline-sync-{}", std::process::id()));
+        let checkpoint = Checkpoint::new(&folder);
+        checkpoint.write(SWEEP, "0").expect("a folder without journals");
+        // A folder cannot be synchronised as a file is.
+        fs::create_dir(folder.join("members.rows")).expect("a folder of this test");
+        let refused = checkpoint.write(SWEEP, "1");
+        let kept = fs::read_to_string(folder.join(SWEEP)).expect("the first file");
+        fs::remove_dir_all(&folder).expect("a folder of this test");
+        assert!(refused.is_err());
+        assert_eq!(kept, "0");
+    }
 }

@@ -9,6 +9,9 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::Path;
 
+/// The extension of the files.
+pub(crate) const EXTENSION: &str = "rows";
+
 const CHECKSUM_BYTES: usize = 32;
 
 /// Most rows that a batch can have, so that a damaged number cannot ask for all memory.
@@ -70,14 +73,6 @@ impl RowJournal {
         self.file.write_all(&self.batch)?;
         self.batch.clear();
         Ok(())
-    }
-
-    /// Wait until the batches are on the disk.
-    ///
-    /// # Errors
-    /// When the disk fails.
-    pub(crate) fn sync(&self) -> io::Result<()> {
-        self.file.sync_data()
     }
 }
 
