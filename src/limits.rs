@@ -1,7 +1,7 @@
 //! Limits of input, in one table: what exceeds one is refused with the number found and the limit.
 //!
-//! They are far above the needs of a thermal analysis, and keep the memory of a run below 2 GiB. A request beyond them
-//! is a mistake, such as a wrong unit, or a damaged file.
+//! They are far above the needs of a thermal analysis. A request beyond them is a mistake, such as a wrong unit, or a
+//! damaged file. `tests/cli/limits.rs` runs commands at those that govern memory, in 2 GiB.
 
 use std::fmt;
 use std::fs::File;

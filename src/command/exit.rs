@@ -24,6 +24,17 @@ pub(crate) enum Failure {
     Report(anyhow::Error),
 }
 
+impl Failure {
+    /// The exit code, and the message for standard error.
+    pub(crate) fn code_and_message(&self) -> (u8, String) {
+        match self {
+            Self::Report(error) => (1, error.to_string()),
+            Self::Input(error) => (2, error.to_string()),
+            Self::Device(error) => (3, error.to_string()),
+        }
+    }
+}
+
 /// An error of the input.
 pub(crate) fn input(message: impl ToString) -> Failure {
     Failure::Input(anyhow::anyhow!(message.to_string()))

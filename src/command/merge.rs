@@ -2,8 +2,8 @@
 
 use crate::command::args::{MergeArgs, convert};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
-use crate::command::run::{check_writable, output_text, print_renamed_keys, too_many_failed};
-use bondline::report::files::OutputFolder;
+use crate::command::run::{output_text, print_renamed_keys, too_many_failed};
+use bondline::report::files::{OutputFolder, check_writable};
 use bondline::session::{self, MissingMembers};
 use bondline::study::sweep_piece::equal_piece;
 use std::fs::DirEntry;
@@ -15,7 +15,7 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
         return missing(merge);
     }
     if let Some(out) = &merge.out {
-        check_writable(out)?;
+        check_writable(out).map_err(unusable_folder)?;
     }
     let mut answers = session::merge(&files(&merge.parts)?, merge.case.as_deref())?;
     answers.run.command_line = Some(convert::command_line());

@@ -37,23 +37,19 @@ pub(crate) fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
     for note in notes {
         terminal::print_error(&note);
     }
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
+    let (printed, failure) = match Cli::try_parse_from(arguments).map(run) {
         Err(error) if error.use_stderr() => {
             terminal::print_error(&error.render().to_string());
             return 2;
         }
-        Err(help) => help.exit(),
+        Err(help) => (terminal::end(help.print()), None),
+        Ok(Ok(output)) => (terminal::print(&output.text), output.failure.map(|reason| (1, reason))),
+        Ok(Err(failure)) => (Ok(()), Some(failure.code_and_message())),
     };
-    let (code, message) = match run(cli) {
-        Ok(output) => match (terminal::print(&output.text), output.failure) {
-            (Ok(()), None) => return 0,
-            (Ok(()), Some(reason)) => (1, reason),
-            (Err(error), _) => (1, format!("standard output cannot be written: {error}")),
-        },
-        Err(Failure::Report(error)) => (1, error.to_string()),
-        Err(Failure::Input(error)) => (2, error.to_string()),
-        Err(Failure::Device(error)) => (3, error.to_string()),
+    let (code, message) = match (printed, failure) {
+        (Ok(()), None) => return 0,
+        (Ok(()), Some(failure)) => failure,
+        (Err(error), _) => (1, format!("standard output cannot be written: {error}")),
     };
     terminal::print_error(&format!("bondline: {message}"));
     code

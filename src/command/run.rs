@@ -110,14 +110,6 @@ pub(crate) fn output_path(command: &str, args: &CaseArgs, id: &str) -> PathBuf {
     args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command))
 }
 
-/// Refuse an output folder in which no file can be made, before any work.
-pub(crate) fn check_writable(folder: &Path) -> Result<(), Failure> {
-    let existing = folder.ancestors().find(|ancestor| ancestor.exists()).unwrap_or(Path::new("."));
-    let probe = existing.join(format!(".bondline-{}", std::process::id()));
-    let made = std::fs::File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe));
-    made.map_err(|error| input(format!("--out {folder:?}: no file can be made in {existing:?}: {error}")))
-}
-
 /// The reason for exit code 1: the nominal march failed, or the minimisation did not converge.
 fn exit_reason(answers: &Answers) -> Option<String> {
     let nominal_failure = answers.nominal.as_ref().and_then(|nominal| failure_reason(&answers.case, &nominal.status));

@@ -3,14 +3,21 @@
 use std::borrow::Cow;
 use std::io::{self, ErrorKind, Write};
 
-/// Write to standard output. A closed pipe, as of a pager that was left, is no error.
+/// Write to standard output.
+///
+/// # Errors
+/// As [`end`].
+pub(crate) fn print(text: &str) -> io::Result<()> {
+    end(io::stdout().write_all(printable(text).as_bytes()))
+}
+
+/// Write what is left for standard output, after the result of writing to it so far. A closed pipe, as of a pager that
+/// was left, is no error.
 ///
 /// # Errors
 /// When the text cannot be written, for example to a full disk.
-pub(crate) fn print(text: &str) -> io::Result<()> {
-    let mut output = io::stdout().lock();
-    let written = output.write_all(printable(text).as_bytes()).and_then(|()| output.flush());
-    match written {
+pub(crate) fn end(written: io::Result<()>) -> io::Result<()> {
+    match written.and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         written => written,
     }

@@ -2,9 +2,9 @@
 
 use crate::command::args::convert;
 use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, ResumeArgs, TwinArgs};
-use crate::command::exit::{Failure, Output, input};
+use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
-use crate::command::run::{Run, check_writable, load};
+use crate::command::run::{Run, load};
 use bondline::Session;
 use bondline::case::unit::Dimension;
 use bondline::march::Precision;
@@ -48,7 +48,7 @@ pub(crate) fn write_observations(
     if out.exists() && !args.force {
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
-    check_writable(out.parent().unwrap_or(Path::new(".")))?;
+    report::files::check_writable(out.parent().unwrap_or(Path::new("."))).map_err(unusable_folder)?;
     let progress = MarchProgress::new(args.march.quiet);
     let mut march = convert::options(&args.march, &progress)?;
     march.precision = march.precision.or(Some(Precision::F64));

@@ -1,9 +1,9 @@
 //! Limits of input: absurd sizes, endless files, control characters and output that cannot be written.
 
 use super::input_errors::refused;
-use super::{CASE, CommandResult, run, run_args, wait_for};
-use crate::support::{Scratch, text};
-use bondline::limits::LIMITS;
+use super::{CASE, CommandResult, OBSERVATIONS, run, run_args, wait_for};
+use crate::support::{Scratch, root, text};
+use bondline::limits::{LIMITS, Limit, STARTS, STATISTICS_MIB, STEPS, TEMPERATURES};
 use std::process::Command;
 
 /// Memory, KiB, and time, s, in which every input is answered or refused.
@@ -12,10 +12,14 @@ const SECONDS: usize = 20;
 
 /// Run the binary under the limits of memory and time: exit code 124 means that it ran out of time.
 fn run_bounded(scratch: &Scratch, line: &str) -> CommandResult {
+    run_within(scratch, SECONDS, line)
+}
+
+fn run_within(scratch: &Scratch, seconds: usize, line: &str) -> CommandResult {
     // The number of threads is fixed, as each reserves an arena of the allocator and a stack.
     let binary = env!("CARGO_BIN_EXE_bondline");
     let line = format!(
-        "ulimit -v {MEMORY_KIB} && RAYON_NUM_THREADS=2 MALLOC_ARENA_MAX=1 exec timeout {SECONDS} {binary} {line}"
+        "ulimit -v {MEMORY_KIB} && RAYON_NUM_THREADS=2 MALLOC_ARENA_MAX=1 exec timeout {seconds} {binary} {line}"
     );
     wait_for(shell(scratch).args(["-c", &line]))
 }
@@ -111,6 +115,53 @@ fn as_many_plies_and_sensors_as_the_limits_allow_are_computed() {
     run_bounded(&scratch, "uncertainty c -n 64 --backend cpu --quiet").succeeded();
 }
 
+/// Time, s, of a large request on a busy machine.
+const LONG_SECONDS: usize = 300;
+
+/// Each command at the limit that governs its memory, and just beyond it.
+#[test]
+fn the_largest_requests_fit_into_2_gib() {
+    let is_all = std::env::var_os("BONDLINE_ALL").is_some();
+    let scratch = Scratch::new("limits-memory");
+    let more: String =
+        (0..126).map(|n| format!("[[sensor]]\nname = \"S{n}\"\ndepth = \"{} um\"\n", 20 * n + 10)).collect();
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);
+    scratch.write("many/case.toml", CASE.replacen("[hot_face]", &(more + "[hot_face]"), 1));
+    let lcat = root().join("cases/lcat-2259").display().to_string();
+    let long = |line: &str| run_within(&scratch, LONG_SECONDS, &format!("{line} --backend cpu --quiet"));
+    let beyond = |line: &str, limit: &Limit| {
+        long(line).exited_with(2).with_stderr(&[&format!("expected at most {limit}, found ")]);
+    };
+
+    let every = |interval: &str| format!("sensitivity many --set resolution.output_interval='{interval}'");
+    long(&every("5.13 ms")).succeeded();
+    beyond(&every("5.1 ms"), &TEMPERATURES);
+
+    let cells = if is_all { 190 } else { 16 };
+    let step = |step: &str| {
+        let steps = format!("--set resolution.first_step='{step}' --set resolution.max_step='{step}'");
+        format!("predict c --set resolution.cells={cells} {steps}")
+    };
+    long(&step("0.0405 ms")).succeeded();
+    beyond(&step("0.039 ms"), &STEPS);
+
+    let (half, all) = if is_all { (1000, 2000) } else { (100, 200) };
+    let sweep = |interval: &str, part: &str| {
+        let interval = format!("--set resolution.output_interval='{interval}'");
+        format!("uncertainty {lcat} -n {all} --members {part} {interval} --checkpoint-interval 0s --out p")
+    };
+    long(&sweep("0.08 s", &format!("0..{half}"))).succeeded();
+    long(&sweep("0.08 s", &format!("{half}..{all}"))).succeeded();
+    beyond(&sweep("0.079 s", &format!("0..{half}")), &STATISTICS_MIB);
+    let parts = format!("merge p/lcat-2259-0-{half}.json p/lcat-2259-{half}-{all}.json");
+    run_within(&scratch, LONG_SECONDS, &parts).succeeded();
+
+    if is_all {
+        long("estimate c --starts 10000").succeeded();
+    }
+    beyond("estimate c --starts 10001", &STARTS);
+}
+
 #[test]
 fn a_request_beyond_memory_is_refused_with_the_limit() {
     let scratch = Scratch::new("limits-requests");
@@ -175,11 +226,19 @@ fn control_characters_of_names_paths_and_arguments_do_not_reach_the_terminal() {
 fn output_into_a_full_device_is_an_error_and_into_a_closed_pipe_is_not() {
     let scratch = Scratch::new("limits-full");
     scratch.write("c/case.toml", CASE);
-    let line = format!("{} predict c --backend cpu --json", env!("CARGO_BIN_EXE_bondline"));
-    let full = wait_for(shell(&scratch).args(["-c", &format!("{line} > /dev/full")]));
-    full.exited_with(1).with_stderr(&["standard output cannot be written: No space left on device"]);
-    let closed = wait_for(shell(&scratch).args(["-c", &format!("{line} | true; exit ${{PIPESTATUS[0]}}")]));
-    assert_eq!(closed.succeeded().stderr, "");
+    let lines =
+        ["predict c --backend cpu --json", "--help", "twin --help", "--version", "completions bash", "man pages"];
+    for line in lines {
+        let line = format!("{} {line}", env!("CARGO_BIN_EXE_bondline"));
+        let full = wait_for(shell(&scratch).args(["-c", &format!("{line} > /dev/full")]));
+        full.exited_with(1).with_stderr(&["standard output cannot be written: No space left on device"]);
+        let closed = wait_for(shell(&scratch).args(["-c", &format!("{line} | true; exit ${{PIPESTATUS[0]}}")]));
+        assert_eq!(closed.succeeded().stderr, "", "{line}");
+    }
+    let page = "mkdir full && ln -s /dev/full full/bondline.1";
+    let full =
+        wait_for(shell(&scratch).args(["-c", &format!("{page} && {} man full", env!("CARGO_BIN_EXE_bondline"))]));
+    full.exited_with(1).with_stderr(&["full: No space left on device"]);
 }
 
 #[test]

@@ -194,6 +194,15 @@ impl PartFolder {
     }
 }
 
+/// Check that files can be made in a folder, or in the one in which it would be made.
+///
+/// # Errors
+/// When no file can be made there.
+pub fn check_writable(folder: &Path) -> Result<(), ReportError> {
+    let existing = folder.ancestors().find(|ancestor| ancestor.exists()).unwrap_or(Path::new("."));
+    temporary::check_writable(existing).map_err(io_error("making a file in", existing))
+}
+
 /// Write synthetic observations as a table that a case can read: `time_s`, then `TC1_K` … to a microkelvin.
 ///
 /// # Errors

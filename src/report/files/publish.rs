@@ -37,8 +37,7 @@ fn report_files(folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
 /// renamed; the folder itself if it is a mount point or nothing can be created above it.
 pub(super) fn workspace(path: &Path) -> &Path {
     let Some(parent) = path.parent() else { return path };
-    let test = temporary::TemporaryPath::new_in(parent);
-    let is_writable = File::create_new(test.path()).is_ok();
+    let is_writable = temporary::check_writable(parent).is_ok();
     if path.is_dir() && !(is_writable && is_same_file_system(path, parent)) { path } else { parent }
 }
 

@@ -2,8 +2,9 @@
 //! says which process made it, so that the leftovers of a killed process can be told from files in use.
 
 use std::collections::hash_map::RandomState;
-use std::fs;
+use std::fs::{self, File};
 use std::hash::{BuildHasher, Hasher};
+use std::io;
 use std::path::{Path, PathBuf};
 
 const PREFIX: &str = ".bondline-";
@@ -33,6 +34,14 @@ impl Drop for TemporaryPath {
     fn drop(&mut self) {
         remove(&self.0);
     }
+}
+
+/// Make a file in a folder, and remove it.
+///
+/// # Errors
+/// When none can be made.
+pub(super) fn check_writable(folder: &Path) -> io::Result<()> {
+    File::create_new(TemporaryPath::new_in(folder).path()).map(|_| ())
 }
 
 /// Remove a temporary file or folder. An error is ignored: the next run of this host tries again.
@@ -132,5 +141,8 @@ mod tests {
         let path = one.path().to_owned();
         drop(one);
         assert!(!path.exists());
+        check_writable(&scratch.0).expect("files can be made");
+        assert_eq!(fs::read_dir(&scratch.0).expect("a folder").count(), 0, "a file is left over");
+        assert!(check_writable(&scratch.0.join("missing")).is_err());
     }
 }
