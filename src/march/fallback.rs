@@ -18,15 +18,15 @@ struct Marches {
     /// `None` once it has failed.
     device: Option<Box<dyn March>>,
     reserve: Box<dyn March>,
-    /// How the device failed.
-    remark: Option<String>,
+    /// How the device failed, and what it remarked before.
+    remarks: Vec<String>,
 }
 
 impl FallbackMarch {
     /// Marches on `device` until it fails, then on `reserve`.
     pub fn new(device: Box<dyn March>, reserve: Box<dyn March>) -> Self {
         let backend = device.backend();
-        Self { backend, marches: Arc::new(Mutex::new(Marches { device: Some(device), reserve, remark: None })) }
+        Self { backend, marches: Arc::new(Mutex::new(Marches { device: Some(device), reserve, remarks: Vec::new() })) }
     }
 
     fn marches(&self) -> MutexGuard<'_, Marches> {
@@ -52,9 +52,10 @@ impl Marches {
 
     /// Use the reserve from now on. Batches that the device has begun may fail after this too.
     fn give_up(&mut self, error: &MarchError) {
-        if self.device.take().is_some() {
+        if let Some(device) = self.device.take() {
             let reserve = self.reserve.backend();
-            self.remark = Some(format!(
+            self.remarks = device.remarks();
+            self.remarks.push(format!(
                 "The device failed ({error}); the members that were left were marched on the processor ({} {}, {}).",
                 reserve.kind,
                 reserve.precision.name(),
@@ -75,7 +76,8 @@ impl March for FallbackMarch {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.marches().remark.iter().cloned().collect()
+        let marches = self.marches();
+        marches.device.as_ref().map_or_else(|| marches.remarks.clone(), |device| device.remarks())
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {

@@ -34,6 +34,10 @@ impl March for RichardsonMarch {
         self.march.capacity(plan)
     }
 
+    fn remarks(&self) -> Vec<String> {
+        self.march.remarks()
+    }
+
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         march_extrapolated(&mut *self.march, plan, ensemble, members)
     }

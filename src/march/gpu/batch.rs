@@ -246,15 +246,8 @@ fn submit_dispatches(
             last_cell: plan.cells() as u32 - 1,
             unused: 0,
         };
-        device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
-        let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&pipeline.compute);
-            pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(groups, 1, 1);
-        }
-        device.queue.submit([encoder.finish()]);
+        device.write(run, bytemuck::bytes_of(&words));
+        device.dispatch(&pipeline.compute, group, groups);
     };
     let mut first_step = 0;
     let stride = match pipeline.measured {

@@ -1,11 +1,17 @@
 //! Vulkan devices: adapters, limits, buffers and pipelines.
 
+#[cfg(test)]
+pub(super) mod injection;
+
 use super::cache::{self, DriverCache};
 use super::shader;
 use super::spirv::{self, Kernel};
 use crate::march::MarchError;
 use crate::plan::layout::COLUMNS_PER_LOAD;
 use bytemuck::Pod;
+#[cfg(test)]
+use injection::Injection;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
@@ -122,13 +128,45 @@ pub struct Device {
     cache: Option<DriverCache>,
     /// The first error since the last check.
     fault: Arc<Mutex<Option<MarchError>>>,
-    pub(crate) device: wgpu::Device,
-    pub(crate) queue: wgpu::Queue,
+    pub(super) device: wgpu::Device,
+    queue: wgpu::Queue,
+    #[cfg(test)]
+    pub(super) injection: Arc<Injection>,
+}
+
+/// A call of the driver that can fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum DriverCall {
+    Pipeline,
+    Buffer,
+    Texture,
+    Write,
+    Bind,
+    Submit,
+    Poll,
+    Map,
+    Read,
+}
+
+#[cfg(test)]
+impl DriverCall {
+    pub(super) const ALL: [Self; 9] = [
+        Self::Pipeline,
+        Self::Buffer,
+        Self::Texture,
+        Self::Write,
+        Self::Bind,
+        Self::Submit,
+        Self::Poll,
+        Self::Map,
+        Self::Read,
+    ];
 }
 
 /// A pending copy of a buffer to the host.
 pub(crate) struct Readback {
     buffer: wgpu::Buffer,
+    bytes: u64,
     submitted: wgpu::SubmissionIndex,
     mapped: mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>,
 }
@@ -163,7 +201,20 @@ impl Device {
         let is_software = adapter.is_software();
         let Adapter { name, driver, limits, has_f64, .. } = adapter;
         let fault = Arc::default();
-        let opened = Self { name, driver, is_software, limits, has_f64, checks, cache, fault, device, queue };
+        let opened = Self {
+            name,
+            driver,
+            is_software,
+            limits,
+            has_f64,
+            checks,
+            cache,
+            fault,
+            device,
+            queue,
+            #[cfg(test)]
+            injection: Injection::planned(),
+        };
         opened.collect_errors();
         Ok(opened)
     }
@@ -199,6 +250,17 @@ impl Device {
         store_first(&self.fault, error);
     }
 
+    /// Whether a test lets this call fail.
+    #[cfg(test)]
+    fn is_failing(&self, call: DriverCall) -> bool {
+        self.injection.is_failing(self, call)
+    }
+
+    #[cfg(not(test))]
+    const fn is_failing(&self, _call: DriverCall) -> bool {
+        false
+    }
+
     /// Save the pipeline cache.
     pub fn save_cache(&self) {
         self.cache.iter().for_each(DriverCache::save);
@@ -209,8 +271,22 @@ impl Device {
     /// # Errors
     /// When the device is lost.
     pub(crate) fn wait(&self) -> Result<(), MarchError> {
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| self.error(error))?;
+        self.poll(wgpu::PollType::wait_indefinitely())?;
         self.check()
+    }
+
+    /// Poll the device. wgpu panics when it is lost meanwhile, after it has reported the loss.
+    fn poll(&self, until: wgpu::PollType) -> Result<(), MarchError> {
+        let polled = catch_unwind(AssertUnwindSafe(|| {
+            if self.is_failing(DriverCall::Poll) {
+                resume_unwind(Box::new("a test"));
+            }
+            self.device.poll(until)
+        }));
+        match polled {
+            Ok(polled) => polled.map(|_| ()).map_err(|error| self.error(error)),
+            Err(_) => self.check().and_then(|()| Err(self.error("failed while its work was waited for"))),
+        }
     }
 
     /// An error of this device.
@@ -247,13 +323,15 @@ impl Device {
             ..Default::default()
         };
         let layout = self.device.create_pipeline_layout(&layout);
+        let cache = self.cache.as_ref().map(DriverCache::compiled);
+        let entry_point = if self.is_failing(DriverCall::Pipeline) { "" } else { entry };
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry),
             layout: Some(&layout),
             module: &passthrough_module(&self.device, entry, &compiled.words),
-            entry_point: Some(entry),
+            entry_point: Some(entry_point),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: self.cache.as_ref().map(DriverCache::compiled),
+            cache,
         });
         self.check().map(|()| pipeline)
     }
@@ -264,9 +342,16 @@ impl Device {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         let buffer = self.storage(label, bytes.len() as u64);
         if bytes.len() as u64 <= buffer.size() {
-            self.queue.write_buffer(&buffer, 0, bytes);
+            self.write(&buffer, bytes);
         }
         buffer
+    }
+
+    /// Write the first bytes of a buffer.
+    pub(super) fn write(&self, buffer: &wgpu::Buffer, bytes: &[u8]) {
+        if !self.is_failing(DriverCall::Write) {
+            self.queue.write_buffer(buffer, 0, bytes);
+        }
     }
 
     /// A storage buffer of zeros; an empty one beyond the limit of a binding, as for [`upload`](Self::upload).
@@ -277,7 +362,8 @@ impl Device {
             self.store(MarchError::TooLarge { device: self.name.clone(), limit, what: label, needed: bytes });
         }
         let bytes = if is_too_large { 0 } else { bytes };
-        self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        self.buffer(label, bytes, usage)
     }
 
     /// A uniform buffer that holds `rows`.
@@ -290,16 +376,17 @@ impl Device {
         if needed > limit {
             return Err(MarchError::TooLarge { device: self.name.clone(), limit, what: label, needed });
         }
-        let buffer = self.buffer(label, needed, wgpu::BufferUsages::UNIFORM);
-        self.queue.write_buffer(&buffer, 0, bytes);
+        let buffer = self.buffer(label, needed, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
+        self.write(&buffer, bytes);
         Ok(buffer)
     }
 
     fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let bytes = if self.is_failing(DriverCall::Buffer) { 0 } else { bytes };
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
             size: bytes.max(32).next_multiple_of(8),
-            usage: usage | wgpu::BufferUsages::COPY_DST,
+            usage,
             mapped_at_creation: false,
         })
     }
@@ -317,9 +404,10 @@ impl Device {
         let texels = words.len().div_ceil(COLUMNS_PER_LOAD).max(1) as u32;
         let width = shader::TEXELS_PER_ROW;
         let size = wgpu::Extent3d { width, height: texels.div_ceil(width), depth_or_array_layers: 1 };
+        let is_failing = self.is_failing(DriverCall::Texture);
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
-            size,
+            size: if is_failing { wgpu::Extent3d::default() } else { size },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -331,27 +419,44 @@ impl Device {
         filled.resize(COLUMNS_PER_LOAD * (size.width * size.height) as usize, 0.0);
         let bytes_per_row = Some(size_of::<[f32; COLUMNS_PER_LOAD]>() as u32 * width);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
-        self.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&filled), layout, size);
+        if !self.is_failing(DriverCall::Write) {
+            self.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&filled), layout, size);
+        }
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
     /// Copy the bytes of a buffer from `start` to the host, after all submitted work.
     pub(crate) fn read_back(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Readback {
-        let readback = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size: bytes,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(buffer, start, &readback, 0, bytes);
-        let submitted = self.queue.submit([encoder.finish()]);
+        let readback = self.buffer("readback", bytes, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+        let submitted = self.submit(|encoder| encoder.copy_buffer_to_buffer(buffer, start, &readback, 0, bytes));
         let (sender, mapped) = mpsc::channel();
+        if self.is_failing(DriverCall::Map) {
+            readback.destroy();
+        }
         readback.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver is dropped only after polling failed.
             let _ = sender.send(result);
         });
-        Readback { buffer: readback, submitted, mapped }
+        Readback { buffer: readback, bytes, submitted, mapped }
+    }
+
+    /// Submit what `record` records.
+    fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> wgpu::SubmissionIndex {
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        if !self.is_failing(DriverCall::Submit) {
+            record(&mut encoder);
+        }
+        self.queue.submit([encoder.finish()])
+    }
+
+    /// Submit one dispatch of a pipeline.
+    pub(super) fn dispatch(&self, pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, groups: u32) {
+        self.submit(|encoder| {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(groups, 1, 1);
+        });
     }
 
     /// Wait for a readback and return its data.
@@ -359,15 +464,19 @@ impl Device {
     /// # Errors
     /// When the device is lost.
     pub(crate) fn finish_readback<T: Pod>(&self, readback: Readback) -> Result<Vec<T>, MarchError> {
-        let Readback { buffer, submitted, mapped } = readback;
+        let Readback { buffer, bytes, submitted, mapped } = readback;
         self.check()?;
-        let until = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
-        self.device.poll(until).map_err(|error| self.error(error))?;
+        self.poll(wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None })?;
         mapped.recv().map_err(|error| self.error(error))?.map_err(|error| self.error(error))?;
+        if self.is_failing(DriverCall::Read) {
+            buffer.unmap();
+        }
         let range = buffer.get_mapped_range(..).map_err(|error| self.error(error))?;
         // Copied bytewise, as the mapping need not be aligned for T.
-        let rows = bytemuck::pod_collect_to_vec(&range);
-        Ok(rows)
+        let mut rows = bytemuck::pod_collect_to_vec(&range);
+        rows.truncate(bytes as usize / size_of::<T>());
+        // What was reported meanwhile may be of this work.
+        self.check().map(|()| rows)
     }
 
     /// Bind group of a pipeline: binding numbers with their resources.
@@ -377,7 +486,10 @@ impl Device {
         bound: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
     ) -> wgpu::BindGroup {
         let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = bound.into_iter().map(entry).collect();
+        let mut entries: Vec<wgpu::BindGroupEntry<'_>> = bound.into_iter().map(entry).collect();
+        if self.is_failing(DriverCall::Bind) {
+            entries.clear();
+        }
         let layout = &pipeline.get_bind_group_layout(0);
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
@@ -409,14 +521,7 @@ impl Device {
         written: &wgpu::Buffer,
     ) -> Result<Vec<T>, MarchError> {
         let group = self.bind(pipeline, bound);
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups(groups, 1, 1);
-        }
-        self.queue.submit([encoder.finish()]);
+        self.dispatch(pipeline, &group, groups);
         self.finish_readback(self.read_back(written, 0, written.size()))
     }
 }

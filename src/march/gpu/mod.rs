@@ -54,6 +54,7 @@ pub struct Gpu {
     precision: Precision,
     /// Most members in one batch; fewer after the memory of the device was exhausted.
     max_batch_members: usize,
+    is_memory_exhausted: bool,
     /// Threads per member, if set by [`with_threads_per_member`](Self::with_threads_per_member).
     threads_per_member: Option<u32>,
     pipelines: Vec<Pipeline>,
@@ -80,8 +81,20 @@ impl Gpu {
             }
         }
         let max_batch_members = if device.is_software { MAX_BATCH_MEMBERS_SOFTWARE } else { MAX_BATCH_MEMBERS };
-        let (pipelines, workgroup_bytes) = (Vec::new(), Vec::new());
-        Ok(Self { device, precision, max_batch_members, threads_per_member: None, pipelines, workgroup_bytes })
+        Ok(Self::untested(device, precision, max_batch_members))
+    }
+
+    /// A device whose self-tests have passed.
+    fn untested(device: Device, precision: Precision, max_batch_members: usize) -> Self {
+        Self {
+            device,
+            precision,
+            max_batch_members,
+            is_memory_exhausted: false,
+            threads_per_member: None,
+            pipelines: Vec::new(),
+            workgroup_bytes: Vec::new(),
+        }
     }
 
     /// Sets the threads per member, for tests and benchmarks. A plan that needs more workgroup memory than the device
@@ -227,6 +240,14 @@ impl March for Gpu {
         ((self.binding_bytes() / self.member_bytes(plan).max(1)) as usize).min(self.max_batch_members)
     }
 
+    fn remarks(&self) -> Vec<String> {
+        let remark = format!(
+            "The memory of the device was exhausted: it marched at most {} members at a time from then on.",
+            self.max_batch_members
+        );
+        if self.is_memory_exhausted { vec![remark] } else { Vec::new() }
+    }
+
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         self.begin(plan, ensemble, members)?()
     }
@@ -254,6 +275,7 @@ impl March for Gpu {
             Err(MarchError::OutOfMemory { .. }) if members.len() > 1 => {
                 let middle = members.start + members.len() / 2;
                 self.max_batch_members = members.len() / 2;
+                self.is_memory_exhausted = true;
                 let mut traces = self.march(plan, ensemble, members.start..middle)?;
                 let rest = self.march(plan, ensemble, middle..members.end)?;
                 traces.extend(&rest, 0..rest.members());

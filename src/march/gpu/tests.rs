@@ -2,6 +2,7 @@
 
 mod cooperative;
 mod differentiated;
+mod every_call;
 mod faults;
 mod mutants;
 mod mutation;

@@ -4,6 +4,7 @@ use super::device;
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::march::gpu::Gpu;
+use crate::march::gpu::device::injection::provoke_validation_error;
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 
@@ -21,12 +22,7 @@ fn a_buffer_beyond_the_limits_of_the_device_is_an_error_of_the_next_check() {
 #[test]
 fn a_validation_error_of_the_driver_does_not_panic() {
     let device = device(true);
-    let _buffer = device.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("too large"),
-        size: device.limits.max_buffer_size + 8,
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    provoke_validation_error(&device);
     let found = device.check().expect_err("wgpu refuses the buffer");
     assert!(matches!(&found, MarchError::Device { message, .. } if message.contains("too large")), "{found}");
     assert!(device.wait().is_ok());
@@ -51,6 +47,7 @@ fn exhausted_memory_halves_the_batch_and_changes_no_bit() {
     assert_eq!((halves.first, halves.members()), (0, 6));
     assert_eq!(halves.temperatures_k, whole.temperatures_k);
     assert_eq!(gpu.capacity(&plan), 3);
+    assert!(gpu.remarks().iter().all(|remark| remark.contains("at most 3 members")) && gpu.remarks().len() == 1);
     // One member cannot be divided.
     gpu.device.store(exhausted());
     assert!(matches!(gpu.march(&plan, &ensemble, 0..1), Err(MarchError::OutOfMemory { .. })));
