@@ -65,12 +65,12 @@ say 'format'
 cargo fmt --check
 say 'lints'
 cargo clippy --profile work --all-targets -- -D warnings
-for features in '' gpu serde report gpu,report; do
+for features in '' gpu serde report xlsx gpu,report; do
     cargo clippy --profile work --lib --no-default-features --features "$features" -- -D warnings
 done
 cargo clippy --profile work --benches --features internals -- -D warnings
-cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json) ' &&
-    fail 'the library without features depends on crates of devices, reports or the command'
+cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json|calamine) ' &&
+    fail 'the library without features depends on crates of devices, reports, workbooks or the command'
 say 'dependencies: licences, bans, sources'
 tools=${CARGO_TARGET_DIR:-target}/tools
 PATH=$PATH:$PWD/$tools/bin:$tools/bin

@@ -18,9 +18,13 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 26] = [
+pub const LIMITS: [&Limit; 30] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
+    &UNPACKED_MIB,
+    &SHARED_TEXTS_MIB,
+    &WORKBOOK_PART_MIB,
+    &TABLE_CELLS,
     &PIECE_FILE_MIB,
     &CACHE_FILE_MIB,
     &KEYS,
@@ -51,6 +55,14 @@ pub const LIMITS: [&Limit; 26] = [
 pub const TEXT_FILE_MIB: Limit = Limit { quantity: "MiB of a case, material or gas file", max: 4 };
 /// Table files: twice the size of two million rows of a time and three values.
 pub const TABLE_FILE_MIB: Limit = Limit { quantity: "MiB of a table file", max: 64 };
+/// A full sheet of a million rows and ten numbers, in 40 bytes each.
+pub const UNPACKED_MIB: Limit = Limit { quantity: "MiB of an unpacked workbook", max: 512 };
+/// The texts of a workbook are held in memory.
+pub const SHARED_TEXTS_MIB: Limit = Limit { quantity: "MiB of the texts of a workbook", max: 64 };
+/// Styles and lists of sheets, which are held in memory too.
+pub const WORKBOOK_PART_MIB: Limit = Limit { quantity: "MiB of a part of a workbook that is no sheet", max: 8 };
+/// 160 MB of numbers.
+pub const TABLE_CELLS: Limit = Limit { quantity: "cells of a table (rows times columns)", max: 20_000_000 };
 /// Files of `uncertainty --members`: twice the largest statistics, whose numbers are longer as text.
 pub const PIECE_FILE_MIB: Limit = Limit { quantity: "MiB of a file to merge", max: 512 };
 /// Compiled kernels of one device.

@@ -63,6 +63,8 @@ const HOMES: &[(&str, &[&str])] = &[
     ("sobol_burley", &["src/ensemble/"]),
     ("toml", &["src/case/file/"]),
     ("csv", &["src/case/file/table_file", "src/report/files/"]),
+    ("calamine", &["src/case/file/table_file/workbook.rs"]),
+    ("zip", &["src/case/file/table_file/workbook.rs"]),
     ("parquet", &["src/report/files/"]),
     ("plotters", &["src/report/svg/"]),
     ("rustix", &["src/report/files/"]),

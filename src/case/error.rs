@@ -14,24 +14,44 @@ pub struct SourceLocation {
     /// A file as the user named it, an override such as `--set pressure=3 kPa`, or the path of a field of a
     /// [`CaseBuilder`](super::CaseBuilder) such as `layup.plies[2].thickness_m`.
     pub file: Arc<str>,
-    /// Line and column, counted from one, the column in characters; `None` for the whole file.
+    /// A sheet of a workbook.
+    pub sheet: Option<Arc<str>>,
+    /// Line and column, counted from one, the column in characters, or row and column of a cell of the sheet; `None`
+    /// for the whole file or sheet.
     pub line_column: Option<(usize, usize)>,
 }
 
 impl SourceLocation {
     /// A whole file, an override or a field.
     pub fn without_line(file: impl Into<Arc<str>>) -> Self {
-        Self { file: file.into(), line_column: None }
+        Self { file: file.into(), sheet: None, line_column: None }
     }
 }
 
 impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line_column {
-            Some((line, column)) => write!(f, "{}:{line}:{column}", self.file),
-            None => write!(f, "{}", self.file),
+        write!(f, "{}", self.file)?;
+        if let Some(sheet) = &self.sheet {
+            let is_plain = sheet.chars().all(|c| c.is_alphanumeric() || c == '_');
+            let sheet = if is_plain { sheet.to_string() } else { format!("'{}'", sheet.replace('\'', "''")) };
+            write!(f, ":{sheet}")?;
+        }
+        match (self.line_column, &self.sheet) {
+            (Some((row, column)), Some(_)) => write!(f, "!{}{row}", column_letters(column)),
+            (Some((line, column)), None) => write!(f, ":{line}:{column}"),
+            (None, _) => Ok(()),
         }
     }
+}
+
+/// The letters of a column of a sheet, counted from one: `AB` is 28.
+fn column_letters(mut column: usize) -> String {
+    let mut letters = Vec::new();
+    while column > 0 {
+        letters.insert(0, char::from(b'A' + ((column - 1) % 26) as u8));
+        column = (column - 1) / 26;
+    }
+    letters.into_iter().collect()
 }
 
 /// One error of a case.
@@ -131,6 +151,7 @@ impl Diagnostics {
     pub(super) fn take_notes(&self) -> Vec<Diagnostic> {
         let mut notes = self.notes.take();
         notes.sort();
+        notes.dedup();
         notes
     }
 

@@ -4,7 +4,7 @@ use super::column_choice::{TimeChoice, stated_conversion};
 use super::references::ReferenceResolver;
 use super::schedule::points;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
-use super::table_file::{ChosenColumn, Headings, TableFile, TimeColumn};
+use super::table_file::{ChosenColumn, Headings, SheetChoice, TableFile, TimeColumn};
 use crate::case::error::{ReadResult, SourceLocation};
 use crate::case::observation::checked_window_s;
 use crate::case::suggestion::suggestion;
@@ -27,6 +27,7 @@ pub(super) fn observations(
     let sigma_k = of_all.map(sigma).transpose();
     let file = section.optional("file");
     let time = section.optional("time");
+    let sheet = SheetChoice::of(&section);
     let chosen_time = time.map(TimeChoice::read).transpose();
     let named = section.unread_keys();
     if file.is_none() && named.is_empty() {
@@ -38,10 +39,11 @@ pub(super) fn observations(
         collect_all(named.into_iter().map(|(name, written)| SensorEntry::read(name, written, sensors, duration_s)));
     let (sigma_k, own, chosen_time) = (sigma_k?, own?, chosen_time?);
     let of_file = own.iter().find_map(|own| own.column).map(|column| ("column", column));
-    if let (None, Some((key, written))) = (file, time.map(|time| ("time", time)).or(of_file)) {
+    let of_file = time.map(|time| ("time", time)).or(of_file).or(sheet.key());
+    if let (None, Some((key, written))) = (file, of_file) {
         return Err(written.error(format!("`{key}` needs a `file`: found none")));
     }
-    let columns = ColumnsToRead { sensors, sigma_k, own: &own, time: chosen_time };
+    let columns = ColumnsToRead { sensors, sigma_k, own: &own, time: chosen_time, sheet };
     let mut found = file.map_or(Ok(Vec::new()), |file| columns.read(file, references))?;
     let more = collect_all(own.iter().filter_map(|own| {
         match (found.iter().any(|(name, _)| name == own.name), own.samples) {
@@ -167,6 +169,7 @@ struct ColumnsToRead<'a, 's> {
     sigma_k: Option<f64>,
     own: &'s [SensorEntry<'a>],
     time: Option<TimeChoice<'a>>,
+    sheet: SheetChoice<'a>,
 }
 
 /// A column of a sensor.
@@ -187,7 +190,7 @@ impl ColumnsToRead<'_, '_> {
             None if self.chooses() => Headings::Chosen(None),
             None => Headings::All,
         };
-        let table = references.table_file(file, headings)?;
+        let table = references.table_file(file, self.sheet, headings)?;
         let time = self.time.map_or(Ok(TimeColumn::default()), |time| time.find(&table))?;
         let columns = if self.chooses() { self.chosen(&table, time, file) } else { self.all(&table, time, file) }?;
         if columns.is_empty() {
@@ -196,6 +199,7 @@ impl ColumnsToRead<'_, '_> {
             let message = format!("no sensor column after the time column: expected some of {names}");
             return Err(table.error(time.column.index, file.diagnostics(), message));
         }
+        table.note_clock(time, file.diagnostics());
         if self.chooses() {
             self.note_ignored(&table, time, &columns, file);
         }

@@ -4,7 +4,7 @@ use super::column_choice::TimeChoice;
 use super::files::FileSource;
 use super::renamed_keys::FileKind;
 use super::spanned_toml::{SpannedValue, ValueReader};
-use super::table_file::{ChosenColumn, Headings, TableFile, TimeColumn, TimeSeries};
+use super::table_file::{ChosenColumn, Headings, SheetChoice, TableFile, TimeColumn, TimeSeries};
 use super::text_file::{parse_toml, parse_toml_file};
 use super::{gas, material};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
@@ -100,9 +100,14 @@ impl<'a> ReferenceResolver<'a> {
         parse_toml_file(self.files.read(path), &self.files.label(path), kind, self.diagnostics)
     }
 
-    pub(super) fn table_file(&self, written: ValueReader<'_>, headings: Headings<'_>) -> ReadResult<TableFile> {
+    pub(super) fn table_file(
+        &self,
+        written: ValueReader<'_>,
+        sheet: SheetChoice<'_>,
+        headings: Headings<'_>,
+    ) -> ReadResult<TableFile> {
         let path = self.existing_path(written)?;
-        TableFile::read(self.files.read(path), &self.files.label(path), headings, self.diagnostics)
+        TableFile::read(self.files.read(path), &self.files.label(path), sheet, headings, self.diagnostics)
     }
 
     /// A column of a table file over time; `column` is optional if the file has only one besides time. `conversion` is
@@ -110,6 +115,7 @@ impl<'a> ReferenceResolver<'a> {
     pub(super) fn series(
         &self,
         file: ValueReader<'_>,
+        sheet: SheetChoice<'_>,
         column: Option<ValueReader<'_>>,
         conversion: Option<(f64, f64)>,
         time: Option<TimeChoice<'_>>,
@@ -117,10 +123,11 @@ impl<'a> ReferenceResolver<'a> {
     ) -> ReadResult<TimeSeries> {
         let name = column.map(ValueReader::text).transpose()?;
         let headings = time.map_or(Ok(Headings::All), |time| time.heading().map(Headings::Chosen))?;
-        let table = self.table_file(file, headings)?;
+        let table = self.table_file(file, sheet, headings)?;
         let time = time.map_or(Ok(TimeColumn::default()), |time| time.find(&table))?;
         let found = name.map_or_else(|| table.only_value_column(time), |name| table.find_column(name, Some(time)));
         let column = ChosenColumn { index: column.unwrap_or(file).require(found)?, conversion };
+        table.note_clock(time, self.diagnostics);
         table.time_series(time, column, dimension, true, self.diagnostics)
     }
 }

@@ -3,7 +3,7 @@
 use super::column_choice::{TimeChoice, stated_conversion};
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
-use super::table_file::TimeSeries;
+use super::table_file::{SheetChoice, TimeSeries};
 use crate::case::Schedule;
 use crate::case::error::ReadResult;
 use crate::case::layup::DEPTH_TOLERANCE_M;
@@ -30,7 +30,8 @@ enum OutsidePoints {
 
 impl ScheduleReader<'_> {
     /// A constant, points `[["41 s", "26.7 W/cm^2"]]`, `{ points = [[…]], outside = "hold" }`, or
-    /// `{ file = "flux.csv", column = "flux_w_cm2", outside = "zero" }`, with `unit` and `time` as of observations.
+    /// `{ file = "flux.csv", column = "flux_w_cm2", outside = "zero" }`, with `unit`, `time`, `sheet` and `range` as
+    /// of observations.
     pub(super) fn read(&self, written: ValueReader<'_>, dimension: Dimension) -> ReadResult<Schedule> {
         if written.is_list() {
             return self.covering_schedule(points(written, dimension, true)?, None, written, dimension);
@@ -41,16 +42,18 @@ impl ScheduleReader<'_> {
         let section = written.section()?;
         let (file, listed, column) = (section.optional("file"), section.optional("points"), section.optional("column"));
         let (time, unit) = (section.optional("time"), section.optional("unit"));
+        let sheet = SheetChoice::of(&section);
         let conversion = stated_conversion(&section, dimension);
         let outside = outside(&section, dimension);
         section.deny_unknown_keys();
         let of_file = [("column", column), ("time", time), ("unit", unit)];
         let of_file = of_file.into_iter().find_map(|(key, written)| Some((key, written?)));
+        let of_file = of_file.or(sheet.key());
         let series = match (file, listed, of_file) {
             (Some(file), None, _) => time
                 .map(TimeChoice::read)
                 .transpose()
-                .and_then(|time| self.references.series(file, column, conversion?, time, dimension)),
+                .and_then(|time| self.references.series(file, sheet, column, conversion?, time, dimension)),
             (None, Some(listed), None) => points(listed, dimension, true),
             (None, _, Some((key, written))) => Err(written.error(format!("`{key}` needs a `file`: found none"))),
             (Some(_), Some(listed), _) => Err(listed.error("expected a `file` or `points`, not both")),

@@ -190,7 +190,10 @@ impl<'a> LineIndex<'a> {
     fn location(&self, offset: usize) -> SourceLocation {
         let line = self.lines.partition_point(|&start| start <= offset);
         let before = self.text.get(self.lines[line - 1]..offset).unwrap_or("");
-        SourceLocation { file: self.file.clone(), line_column: Some((line, before.chars().count() + 1)) }
+        SourceLocation {
+            line_column: Some((line, before.chars().count() + 1)),
+            ..SourceLocation::without_line(self.file.clone())
+        }
     }
 
     fn node(&self, value: &Spanned<DeValue<'_>>) -> SpannedValue {

@@ -1,4 +1,4 @@
-//! Table files (CSV and similar): a heading line `time_s,flux_w_cm2,TC1_K`, then numbers. The unit of a column ends its
+//! Table files (CSV and similar, and sheets of workbooks): a heading line `time_s,flux_w_cm2,TC1_K`, then numbers. The unit of a column ends its
 //! heading, also as `TC1 (K)` or `TC1 [K]`, or is in a line of units below the headings.
 //!
 //! A case may choose columns by their headings. Lines above the headings are then ignored, and so are columns without a
@@ -7,20 +7,38 @@
 //! Cells are stored as numbers, which saves memory with a million rows. Line and column of an error are found in the
 //! text when it is recorded.
 
+#[cfg(feature = "xlsx")]
+mod cell_range;
 mod dialect;
+mod sheet_choice;
+mod source;
+#[cfg(feature = "xlsx")]
+mod workbook;
+
+pub(super) use sheet_choice::SheetChoice;
 
 use super::text_file;
 use crate::case::error::{Diagnostics, ErrorReported, ReadResult, SourceLocation};
 use crate::case::suggestion::suggestion;
 use crate::case::table::is_increasing;
 use crate::case::unit::{Dimension, is_unit, unit_conversion};
-use crate::limits::{COLUMNS, TABLE_FILE_MIB};
-use dialect::Dialect;
+use crate::limits::{COLUMNS, TABLE_CELLS, TABLE_FILE_MIB};
+use dialect::{Dialect, NOT_FINITE};
+#[cfg(feature = "xlsx")]
+use source::Sheet;
+use source::{Rows, Source};
 use std::io;
+use std::rc::Rc;
 use std::sync::Arc;
+#[cfg(feature = "xlsx")]
+use {crate::case::file::spanned_toml::ValueReader, std::collections::BTreeMap, workbook::Workbook};
 
 /// Errors recorded per column, and of row lengths, before reading stops.
 const MAX_ERRORS: usize = 10;
+
+/// First bytes of an .xlsx workbook, and of one in an older format or with a password. No text begins with them.
+const ZIP_ARCHIVE: &[u8] = b"PK\x03\x04";
+const COMPOUND_FILE: &[u8] = b"\xd0\xcf\x11\xe0";
 
 /// Suffixes of a heading, in upper or lower case, and their units.
 const UNIT_SUFFIXES: &[(&str, &str)] = &[
@@ -43,11 +61,11 @@ const UNIT_SUFFIXES: &[(&str, &str)] = &[
 #[derive(Debug)]
 pub(super) struct TableFile {
     file: Arc<str>,
-    text: String,
+    source: Source,
     dialect: Dialect,
     columns: Vec<Column>,
-    /// Byte offset of each row in the text; blank lines and comments may precede the row.
-    row_offsets: Vec<usize>,
+    /// The key of each row in the source.
+    rows: Vec<usize>,
     /// Numbers in row-major order: NaN for a missing value, infinite for a cell without a finite number.
     numbers: Vec<f64>,
 }
@@ -58,6 +76,8 @@ struct Column {
     heading: String,
     name: String,
     unit: Option<String>,
+    /// If its cells are dates or durations, what their seconds count from.
+    clock: Option<String>,
     location: SourceLocation,
 }
 
@@ -90,13 +110,27 @@ pub(super) type TimeSeries = (Vec<f64>, Vec<f64>);
 impl TableFile {
     /// # Errors
     /// No such file; no heading; a duplicate or missing column heading; no rows; a row with too few or too many values;
-    /// an unclosed quote.
+    /// an unclosed quote; a sheet or a range that is not there.
     pub(super) fn read(
         bytes: io::Result<Vec<u8>>,
         label: &str,
+        sheet: SheetChoice<'_>,
         headings: Headings<'_>,
         diagnostics: &Diagnostics,
     ) -> ReadResult<Self> {
+        let bytes = match bytes {
+            Ok(bytes) if bytes.starts_with(ZIP_ARCHIVE) => {
+                return Self::read_workbook(bytes, label, sheet, headings, diagnostics);
+            }
+            Ok(bytes) if bytes.starts_with(COMPOUND_FILE) => {
+                let message = "an .xls workbook or one with a password: expected an .xlsx workbook or a text file";
+                return Err(diagnostics.record(&SourceLocation::without_line(label), message));
+            }
+            bytes => bytes,
+        };
+        if let Some((key, written)) = sheet.key() {
+            return Err(written.error(format!("`{key}` needs a workbook: {label} is a text file")));
+        }
         let mut text = text_file::decode_text_file(bytes, label, &TABLE_FILE_MIB, diagnostics)?;
         let file: Arc<str> = label.into();
         if text.contains('\r') {
@@ -107,50 +141,102 @@ impl TableFile {
         }
         let dialect = Dialect::detect(&text);
         if let Some((line, column, message)) = dialect.first_quote_error(&text) {
-            return Err(diagnostics.record(&SourceLocation { file, line_column: Some((line, column)) }, message));
+            let place = SourceLocation { line_column: Some((line, column)), ..SourceLocation::without_line(file) };
+            return Err(diagnostics.record(&place, message));
         }
-        let mut sheet = Self { file, text, dialect, columns: Vec::new(), row_offsets: Vec::new(), numbers: Vec::new() };
-        let text = std::mem::take(&mut sheet.text);
-        let read = sheet.read_rows(&text, headings, diagnostics);
-        sheet.text = text;
-        read.map(|()| sheet)
+        let text = Rc::new(text);
+        let mut table = Self::new(file, Source::Text(text.clone()), dialect);
+        let mut rows = Rows::Text(table.dialect.reader(&text));
+        table.read_rows(&mut rows, headings, diagnostics).map(|()| table)
     }
 
-    fn read_rows(&mut self, text: &str, headings: Headings<'_>, diagnostics: &Diagnostics) -> ReadResult<()> {
-        let mut reader = self.dialect.reader(text);
+    #[cfg(not(feature = "xlsx"))]
+    fn read_workbook(
+        _: Vec<u8>,
+        label: &str,
+        _: SheetChoice<'_>,
+        _: Headings<'_>,
+        diagnostics: &Diagnostics,
+    ) -> ReadResult<Self> {
+        let message = "a workbook: bondline was built without its feature `xlsx`; expected a text file";
+        Err(diagnostics.record(&SourceLocation::without_line(label), message))
+    }
+
+    #[cfg(feature = "xlsx")]
+    fn read_workbook(
+        bytes: Vec<u8>,
+        label: &str,
+        choice: SheetChoice<'_>,
+        headings: Headings<'_>,
+        diagnostics: &Diagnostics,
+    ) -> ReadResult<Self> {
+        let place = SourceLocation::without_line(label);
+        let failed = |message| diagnostics.record(&place, message);
+        TABLE_FILE_MIB.check(bytes.len().div_ceil(1 << 20) as f64).map_err(failed)?;
+        let (name, range) = (choice.sheet.map(ValueReader::text).transpose()?, choice.cells()?);
+        let mut workbook = match (Workbook::open(bytes, name).map_err(failed)?, choice.sheet) {
+            (Ok(workbook), _) => workbook,
+            (Err(message), Some(written)) => return Err(written.error(format!("{label} has {message}"))),
+            (Err(message), None) => return Err(failed(message)),
+        };
+        if let (None, 2..) = (name, workbook.sheets) {
+            let message = format!("sheet {:?} read, the first of {}", workbook.sheet, workbook.sheets);
+            diagnostics.record_note(&place, message);
+        }
+        let place = SourceLocation { sheet: Some(workbook.sheet.as_str().into()), ..place };
+        let failed = |message| diagnostics.record(&place, message);
+        let is_heading = |cells: &csv::StringRecord| match headings {
+            Headings::Chosen(Some(heading)) => cells.iter().any(|cell| is_named(cell, heading)),
+            _ => true,
+        };
+        let range = workbook.range_from(range, is_heading).map_err(failed)?;
+        let sheet = Sheet { first_column: range.columns.0 as usize, texts: BTreeMap::new() };
+        let name = place.sheet.clone().unwrap_or_default();
+        let mut table = Self::new(place.file.clone(), Source::Sheet(name, sheet), Dialect::of_sheets());
+        let mut rows = Rows::Sheet(Box::new(workbook.rows(range).map_err(failed)?));
+        table.read_rows(&mut rows, headings, diagnostics)?;
+        for (column, clock) in rows.clocks() {
+            if let Some(column) = table.columns.get_mut(column) {
+                column.clock = Some(clock);
+            }
+        }
+        Ok(table)
+    }
+
+    fn new(file: Arc<str>, source: Source, dialect: Dialect) -> Self {
+        Self { file, source, dialect, columns: Vec::new(), rows: Vec::new(), numbers: Vec::new() }
+    }
+
+    fn read_rows(&mut self, rows: &mut Rows<'_>, headings: Headings<'_>, diagnostics: &Diagnostics) -> ReadResult<()> {
         let mut record = csv::StringRecord::new();
         let mut faulty = Ok(());
         let mut met = 0;
         let mut has_units = false;
-        let failed = |error: csv::Error, file: &Arc<str>| {
-            diagnostics.record(&SourceLocation::without_line(file.clone()), error.to_string())
-        };
-        while met < MAX_ERRORS && reader.read_record(&mut record).map_err(|error| failed(error, &self.file))? {
+        while met < MAX_ERRORS
+            && let Some(row) = rows.next(&mut record).map_err(|message| self.error_of_all(message, diagnostics))?
+        {
             if record.iter().all(|cell| cell.trim().is_empty()) {
                 continue;
             }
-            let start = record.position().map_or(0, |at| at.byte() as usize);
             if self.columns.is_empty() {
-                self.columns = self.read_headings(text, start, &record, headings, diagnostics)?;
+                self.columns = self.read_headings(row, &record, headings, diagnostics)?;
+                rows.set_columns(self.columns.len());
                 continue;
             }
             let count = self.columns.len();
             let has_more = record.iter().skip(count).any(|cell| !cell.trim().is_empty());
             if record.len() < count || has_more {
-                let place = self.dialect.line_column(text, start, 0);
                 let message = format!(
                     "found {} values under {count} headings{}",
                     record.len(),
                     self.dialect.decimal_comma_hint()
                 );
-                faulty =
-                    Err(diagnostics
-                        .record(&SourceLocation { file: self.file.clone(), line_column: Some(place) }, message));
+                faulty = Err(diagnostics.record(&self.location(row, 0), message));
                 met += 1;
                 continue;
             }
             let cells = record.iter().take(count);
-            if self.row_offsets.is_empty() && !has_units && self.dialect.is_row_of_text(cells.clone()) {
+            if self.rows.is_empty() && !has_units && self.dialect.is_row_of_text(cells.clone()) {
                 let units = cells.map(|cell| cell.trim().trim_matches(['(', ')', '[', ']']));
                 has_units = units.clone().any(is_unit);
                 if has_units {
@@ -160,15 +246,24 @@ impl TableFile {
                     continue;
                 }
             }
-            self.row_offsets.push(start);
-            self.numbers.extend(record.iter().take(count).map(|cell| self.dialect.number(cell)));
+            TABLE_CELLS
+                .check((self.numbers.len() + count) as f64)
+                .map_err(|message| diagnostics.record(&self.location(row, 0), message))?;
+            self.rows.push(row);
+            for (column, cell) in record.iter().take(count).enumerate() {
+                let number = self.dialect.number(cell);
+                if number == NOT_FINITE {
+                    self.source.keep(row, column, cell, MAX_ERRORS);
+                }
+                self.numbers.push(number);
+            }
         }
         faulty?;
         let Some(time) = self.columns.first() else {
-            let message = "no heading: expected a line such as \"time_s,TC1_K\"";
-            return Err(diagnostics.record(&SourceLocation::without_line(self.file.clone()), message));
+            let message = "no heading: expected a line such as \"time_s,TC1_K\"".to_owned();
+            return Err(self.error_of_all(message, diagnostics));
         };
-        if self.row_offsets.is_empty() {
+        if self.rows.is_empty() {
             return Err(diagnostics.record(&time.location, "no rows under this heading"));
         }
         Ok(())
@@ -177,41 +272,52 @@ impl TableFile {
     /// The columns of a heading line; separators at its end are ignored.
     fn read_headings(
         &self,
-        text: &str,
-        start: usize,
+        row: usize,
         record: &csv::StringRecord,
         headings: Headings<'_>,
         diagnostics: &Diagnostics,
     ) -> ReadResult<Vec<Column>> {
-        COLUMNS.check(record.len() as f64).map_err(|message| {
-            let line_column = Some(self.dialect.line_column(text, start, 0));
-            diagnostics.record(&SourceLocation { file: self.file.clone(), line_column }, message)
-        })?;
+        let check = COLUMNS.check(record.len() as f64);
+        check.map_err(|message| diagnostics.record(&self.location(row, 0), message))?;
         let mut columns: Vec<Column> = Vec::new();
         let trailing = (0..record.len()).rev().take_while(|&index| record[index].trim().is_empty()).count();
         for (index, heading) in record.iter().take(record.len() - trailing).enumerate() {
-            let place = SourceLocation {
-                file: self.file.clone(),
-                line_column: Some(self.dialect.line_column(text, start, index)),
-            };
+            let location = self.location(row, index);
             let heading = heading.trim().to_owned();
             let is_strict = matches!(headings, Headings::All);
             if is_strict && heading.is_empty() {
-                return Err(diagnostics.record(&place, format!("column {} has no heading", index + 1)));
+                return Err(diagnostics.record(&location, format!("column {} has no heading", index + 1)));
             }
             if is_strict && columns.iter().any(|other| other.heading == heading) {
-                return Err(diagnostics.record(&place, format!("duplicate column {heading:?}")));
+                return Err(diagnostics.record(&location, format!("duplicate column {heading:?}")));
             }
             let (stem, unit) = split_heading(&heading);
-            columns.push(Column { name: stem.to_owned(), unit: unit.map(str::to_owned), heading, location: place });
+            let (name, unit) = (stem.to_owned(), unit.map(str::to_owned));
+            columns.push(Column { name, unit, clock: None, heading, location });
         }
         Ok(columns)
     }
 
+    /// The position of a cell of the row of a key.
+    fn location(&self, row: usize, column: usize) -> SourceLocation {
+        self.source.location(&self.file, &self.dialect, Some((row, column)))
+    }
+
+    /// Record an error of the whole table.
+    fn error_of_all(&self, message: String, diagnostics: &Diagnostics) -> ErrorReported {
+        diagnostics.record(&self.source.location(&self.file, &self.dialect, None), message)
+    }
+
     fn cell_location(&self, row: usize, column: usize) -> SourceLocation {
-        SourceLocation {
-            file: self.file.clone(),
-            line_column: Some(self.dialect.line_column(&self.text, self.row_offsets[row], column)),
+        self.location(self.rows[row], column)
+    }
+
+    /// Note what the seconds of the times count from, if their cells are dates or durations.
+    pub(super) fn note_clock(&self, time: TimeColumn, diagnostics: &Diagnostics) {
+        let Column { heading, clock, location, .. } = &self.columns[time.column.index];
+        if let Some(clock) = clock {
+            let place = SourceLocation { line_column: None, ..location.clone() };
+            diagnostics.record_note(&place, format!("times {heading:?} are {clock}"));
         }
     }
 
@@ -287,7 +393,20 @@ impl TableFile {
         let ChosenColumn { index: column, conversion: stated } = column;
         let (time_column, value) = (&self.columns[time], &self.columns[column]);
         let expected = "expected a first column such as \"time_s\"";
-        let seconds = stated_time.map_or_else(|| unit_scale(time_column, Dimension::Time, diagnostics, expected), Ok);
+        if let (Some(clock), Some(_)) = (&time_column.clock, stated_time) {
+            let message = format!("times {:?} are {clock}: expected no `unit`", time_column.heading);
+            return Err(diagnostics.record(&time_column.location, message));
+        }
+        if let Some(clock) = &value.clock {
+            let message =
+                format!("column {:?} holds {clock}: expected {}", value.heading, dimension.name_and_example());
+            return Err(diagnostics.record(&value.location, message));
+        }
+        let seconds = match (&time_column.clock, stated_time) {
+            (Some(_), _) => Ok((1.0, 0.0)),
+            (None, Some(stated)) => Ok(stated),
+            (None, None) => unit_scale(time_column, Dimension::Time, diagnostics, expected),
+        };
         let example = match dimension {
             Dimension::HeatFlux => "flux_w_cm2".to_owned(),
             Dimension::Pressure => "pressure_kpa".to_owned(),
@@ -296,8 +415,7 @@ impl TableFile {
         let expected = format!("expected a heading with a unit such as {example:?}");
         let si = stated.map_or_else(|| unit_scale(value, dimension, diagnostics, &expected), Ok);
         let (seconds, si) = (seconds?, si?);
-        let (mut times_s, mut values) =
-            (Vec::with_capacity(self.row_offsets.len()), Vec::with_capacity(self.row_offsets.len()));
+        let (mut times_s, mut values) = (Vec::with_capacity(self.rows.len()), Vec::with_capacity(self.rows.len()));
         let mut last_s = f64::NEG_INFINITY;
         let (mut faulty, mut met) = (Ok(()), 0);
         for (row, cells) in self.numbers.chunks_exact(self.columns.len()).enumerate() {
@@ -336,12 +454,7 @@ impl TableFile {
 
     /// Record a missing time or a cell that is not a finite number.
     fn not_a_number_error(&self, row: usize, column: usize, diagnostics: &Diagnostics) -> ErrorReported {
-        let mut record = csv::StringRecord::new();
-        let mut reader = self.dialect.reader(&self.text[self.row_offsets[row]..]);
-        let text = match reader.read_record(&mut record) {
-            Ok(true) => record.get(column).unwrap_or_default().trim(),
-            _ => "",
-        };
+        let text = &self.source.text(&self.dialect, self.rows[row], column);
         let message = if self.numbers[row * self.columns.len() + column].is_nan() {
             format!("missing time: expected a number, found {text:?}")
         } else {
@@ -380,19 +493,24 @@ fn split_heading(heading: &str) -> (&str, Option<&str>) {
     }
 }
 
+/// Whether a cell is this heading, with or without its unit.
+fn is_named(cell: &str, heading: &str) -> bool {
+    let cell = cell.trim().trim_matches('"').trim();
+    cell == heading || split_heading(cell).0 == heading
+}
+
 /// Make the lines above the first line with this heading empty, so that the numbers of the lines stay the same. Without
 /// such a line the text stays as it is, and the heading is not found.
 fn blank_lines_above(text: &mut String, heading: &str) {
-    let is_heading = |cell: &str| {
-        let cell = cell.trim().trim_matches('"').trim();
-        cell == heading || split_heading(cell).0 == heading
-    };
     let mut starts = text.split_inclusive('\n').scan(0, |end, line| {
         let start = *end;
         *end += line.len();
         Some((start, line))
     });
-    let Some((start, _)) = starts.find(|(_, line)| line.split([',', ';', '\t']).any(is_heading)) else { return };
+    let Some((start, _)) = starts.find(|(_, line)| line.split([',', ';', '\t']).any(|cell| is_named(cell, heading)))
+    else {
+        return;
+    };
     let above = text[..start].matches('\n').count();
     text.replace_range(..start, &"\n".repeat(above));
 }

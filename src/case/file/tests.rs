@@ -10,6 +10,8 @@ mod schedules;
 mod sheets;
 mod states;
 mod unused;
+#[cfg(feature = "xlsx")]
+mod workbooks;
 
 use crate::case::{Bounds, Case, Emissivity, Face, Property};
 use std::path::{Path, PathBuf};

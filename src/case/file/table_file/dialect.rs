@@ -21,6 +21,12 @@ impl Dialect {
         Self { separator: [';', '\t'].into_iter().find(has).unwrap_or(','), decimal_mark: None }
     }
 
+    /// The dialect of the cells of a sheet, which may be text with a decimal comma.
+    #[cfg(feature = "xlsx")]
+    pub(super) fn of_sheets() -> Self {
+        Self { separator: '\t', decimal_mark: None }
+    }
+
     pub(super) fn reader<'t>(&self, text: &'t str) -> csv::Reader<&'t [u8]> {
         csv::ReaderBuilder::new()
             // One of three ASCII characters.
