@@ -258,7 +258,7 @@ fn number(value: f64) -> Value {
 
 fn dash(stroke: Stroke) -> &'static str {
     match stroke {
-        Stroke::Solid => "solid",
+        Stroke::Solid | Stroke::Hairline => "solid",
         Stroke::Dashed | Stroke::Thin => "dash",
         Stroke::Dotted => "dot",
     }

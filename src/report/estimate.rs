@@ -222,6 +222,21 @@ fn shared_factors(answers: &Answers, outcome: &ParameterEstimates) -> Option<Str
     (cases.len() > 1).then_some(text)
 }
 
+/// Statistics of the fit on one line: χ² over the degrees of freedom is the reduced χ².
+fn goodness_of_fit(outcome: &ParameterEstimates) -> String {
+    let of = outcome.goodness_of_fit;
+    format!(
+        "χ² {}/{} = {}, AIC {}, BIC {}, effective n {} of {}",
+        format::significant(of.chi_squared, 4),
+        format::count(of.degrees_of_freedom),
+        format::significant(of.reduced_chi_squared, 3),
+        format::grouped(of.akaike_criterion, 1),
+        format::grouped(of.bayesian_criterion, 1),
+        format::significant(outcome.effective_samples, 2),
+        format::count(outcome.samples)
+    )
+}
+
 /// Definition of the objective.
 fn objective_definition(outcome: &ParameterEstimates) -> String {
     let of_residuals = "the residuals over their standard deviations";
@@ -300,6 +315,7 @@ fn on_screen(answers: &Answers, outcome: &ParameterEstimates, room: &ScreenLimit
     let is_plain = outcome.loss == RobustLoss::Squares && outcome.prior.is_none();
     let named = (!is_plain).then(|| objective_definition(outcome));
     lines.extend(named.into_iter().chain(multistart_summary(outcome)).flat_map(|text| wrap("", &text)));
+    lines.push(goodness_of_fit(outcome));
     let ended = if outcome.converged { "converged" } else { "NOT converged" };
     lines.push(format!(
         "{ended} after {}: {}",

@@ -152,6 +152,8 @@ pub(super) enum Stroke {
     Dotted,
     /// Dashed, at half the width of the others.
     Thin,
+    /// Solid, at half the width of the others: for many lines.
+    Hairline,
 }
 
 /// Minimum and maximum; `None` of no values.
@@ -175,7 +177,7 @@ const PALETTE: [(u8, u8, u8); 10] = [
 impl Stroke {
     /// Pixels.
     pub(super) fn width(self) -> u32 {
-        if self == Self::Thin { 1 } else { 2 }
+        if matches!(self, Self::Thin | Self::Hairline) { 1 } else { 2 }
     }
 }
 

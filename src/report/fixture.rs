@@ -13,7 +13,7 @@ use crate::study::proportion::Proportion;
 use crate::study::run_record::RunRecord;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::simultaneous_band::SimultaneousBand;
-use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
+use crate::study::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
 use crate::study::timing::Timing;
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
 use crate::traces::{Balance, MemberStatus};
@@ -336,6 +336,10 @@ fn causes(correlations: &[f64]) -> SensitivityIndices {
         shares: correlations.iter().map(|r| r * r).collect(),
         first: each(|r| 0.999 * r * r),
         total: each(|r| 1.001 * r * r),
+        second: vec![
+            PairIndex { factors: (0, 1), index: likely(0.0001) },
+            PairIndex { factors: (3, 4), index: likely(0.0007) },
+        ],
         unexplained: 0.001,
     }
 }

@@ -7,8 +7,7 @@ mod sensitivity_indices;
 use super::figure::Figure;
 use super::figures::nearest_index;
 use super::files::json::JsonObject;
-use super::files::table::CsvTable;
-use super::files::table::NamedFile;
+use super::files::table::{CsvTable, NamedFile, cell};
 use super::files::tables::{factor_columns, header};
 use super::html::table::{paragraph, table};
 use super::observations::misfit_text;
@@ -85,7 +84,11 @@ impl Reportable for Uncertainty {
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        Ok(vec![percentiles(&answers.case, self)?, shares(&answers.case, self)?])
+        let mut tables = vec![percentiles(&answers.case, self)?, shares(&answers.case, self)?];
+        if self.peaks.iter().any(|peak| !peak.temperature_indices.second.is_empty()) {
+            tables.push(second_order(&answers.case, self)?);
+        }
+        Ok(tables)
     }
 
     fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
@@ -255,9 +258,21 @@ fn peak_indices(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> Stri
             &sensitivity_indices::rows(answers, causes),
         )
     };
+    let pairs = sensitivity_indices::pair_rows(&answers.case, &peak.temperature_indices);
+    let explained = if pairs.is_empty() {
+        String::new()
+    } else {
+        paragraph(&sensitivity_indices::pair_explanation(&peak.temperature_indices))
+    };
     of("peak temperature", &peak.temperature_indices)
         + &of("time of the peak", &peak.time_indices)
         + &paragraph(sensitivity_indices::explanation(outcome))
+        + &table(
+            &format!("Interactions of factors in the peak temperature of {name}"),
+            &sensitivity_indices::PAIR_HEAD,
+            &pairs,
+        )
+        + &explained
 }
 
 fn percentiles(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportError> {
@@ -271,6 +286,23 @@ fn percentiles(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportEr
             let after = [spread.high_k[at], spread.simultaneous.low_k[at], spread.simultaneous.high_k[at]];
             let before = [time_s, spread.mean_k[at], spread.deviation_k[at], spread.low_k[at]];
             table.row(Some(&sensor.name), before.into_iter().chain(percentiles).chain(after))?;
+        }
+    }
+    table.finish()
+}
+
+/// Second-order Sobol indices of the peaks and of their times.
+fn second_order(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportError> {
+    let columns = ["sensor", "quantity", "factor", "other_factor", "index", "index_low", "index_high"];
+    let mut table = CsvTable::new("second-order.csv", columns)?;
+    for (sensor, peak) in case.sensors.iter().zip(&outcome.peaks) {
+        for (quantity, causes) in [("peak", &peak.temperature_indices), ("peak_time", &peak.time_indices)] {
+            for pair in sensitivity_indices::ranked_pairs(causes) {
+                let names = sensitivity_indices::pair_names(case, pair);
+                let texts = [&sensor.name, quantity].into_iter().chain(names).map(str::to_owned);
+                let ConfidenceInterval { value, low, high } = pair.index;
+                table.text_row(texts.chain([value, low, high].map(cell)).collect())?;
+            }
         }
     }
     table.finish()

@@ -22,8 +22,8 @@ use crate::case::{Bounds, Case, LossFunction};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::fit::interval::{NORMAL_95, lag_one_autocorrelation, residual_variance};
 use crate::fit::{
-    DampingStrategy, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors, covariance_summary,
-    minimize_all,
+    DampingStrategy, GoodnessOfFit, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors,
+    covariance_summary, minimize_all,
 };
 use crate::march::{March, Precision};
 use crate::plan::Plan;
@@ -93,6 +93,8 @@ pub struct ParameterEstimates {
     pub effective_samples: f64,
     /// Samples fitted, over all cases and sensors.
     pub samples: usize,
+    /// χ² of the residuals over their stated standard deviations, and what follows from it.
+    pub goodness_of_fit: GoodnessOfFit,
     /// Ratio of the effective noise level, from scatter and autocorrelation of the residuals, to the stated standard
     /// deviations. Next to priors, in profiles and in the posterior, the stated deviations are multiplied by it.
     pub noise_inflation: f64,
@@ -262,6 +264,9 @@ pub fn estimate(
         .map(|((run, observed), traces)| CaseFit::of(*run, observed, traces))
         .collect();
 
+    let residuals_k = fitted.iter().flat_map(|fit| &fit.residuals).flat_map(|(_, residuals_k)| residuals_k);
+    let standardised = residuals_k.zip(&flat).map(|(residual_k, sample)| residual_k / sample.sigma_k);
+    let goodness_of_fit = GoodnessOfFit::of(standardised, factors.len());
     let tangent = data.tangent(fit, weight, flat.len());
     let mut weighted = tangent.residuals.iter().copied();
     let traces: Vec<Vec<f64>> =
@@ -343,6 +348,7 @@ pub fn estimate(
         noise_variance: data.variance,
         effective_samples: data.effective_samples,
         samples: flat.len(),
+        goodness_of_fit,
         noise_inflation: shortfall,
         landscape,
         profiles,

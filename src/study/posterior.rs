@@ -7,10 +7,12 @@
 //!
 //! The posterior predictive distribution of a thermocouple also needs the model error: see [`Discrepancy`].
 
+mod chain_traces;
 mod discrepancy;
 mod marginals;
 mod predictive;
 
+pub use chain_traces::ChainTraces;
 pub use discrepancy::Discrepancy;
 pub use marginals::{PairMarginal, PosteriorMarginal};
 pub use predictive::{PosteriorPredictive, PredictiveBand, SensorPredictive};
@@ -59,6 +61,8 @@ pub struct Posterior {
     pub pairs: Vec<PairMarginal>,
     /// At most two thousand posterior draws, spread over walkers and iterations: draw × factor.
     pub draws: Vec<Vec<f64>>,
+    /// Some of the chains, from their first iteration.
+    pub chains: ChainTraces,
     /// Decrease of the objective from the estimate to the lowest point sampled, in squares of a standard error; zero
     /// where no point is lower.
     pub objective_decrease: f64,
@@ -192,6 +196,7 @@ pub(crate) fn posterior_from(
         pairs,
         objective_decrease: (estimate - sampled.lowest.1).max(0.0),
         draws,
+        chains: ChainTraces::of(&sampled),
         discrepancy,
         predicted,
     })

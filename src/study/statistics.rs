@@ -21,7 +21,7 @@ mod sums;
 #[cfg(test)]
 mod tests;
 
-pub use interval::ConfidenceInterval;
+pub use interval::{ConfidenceInterval, PairIndex};
 pub use sensitivity_indices::SensitivityIndices;
 
 use crate::ensemble::Marginal;

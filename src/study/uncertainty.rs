@@ -276,7 +276,8 @@ impl SweepStatistics {
     pub fn results(&self, nominal: &Prediction, sampling: &Sampling, requested: usize) -> Uncertainty {
         let Self { accumulator, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
-        let causes = accumulator.sensitivity_indices(self.is_independent);
+        let peaks_and_times = sensors * instants..sensors * (instants + 2);
+        let causes = accumulator.sensitivity_indices(self.is_independent, peaks_and_times);
         let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (sensor * instants..(sensor + 1) * instants).map(each).collect()
         };

@@ -68,6 +68,31 @@ fn starts_that_agree_count_as_one_minimum_for_data_without_noise() {
     }
 }
 
+/// The residuals and the stated standard deviation of 2 K, by the formulas of lmfit.
+#[test]
+fn the_goodness_of_fit_follows_from_the_residuals_that_are_written() {
+    let scratch = Scratch::new("goodness");
+    write_synthetic_case(&scratch, "c", UNCHANGED, 1);
+    let found = estimated(&scratch, "c", "");
+    let residuals = scratch.read("out/c/estimate/residuals.csv");
+    let kelvin = residuals.lines().skip(1).map(|line| line.rsplit(',').next().unwrap_or_default());
+    let squares: Vec<f64> = kelvin.map(|text| (text.parse::<f64>().expect("a number") / 2.0).powi(2)).collect();
+    let (n, chi_squared) = (squares.len() as f64, squares.iter().sum::<f64>());
+    let near = |key: &str, expected: f64| {
+        let value = number(&found, key);
+        assert!((value - expected).abs() < 1e-6 * expected.abs(), "{key}: {value}, not {expected}");
+    };
+    near("chi_squared", chi_squared);
+    near("degrees_of_freedom", n - 2.0);
+    near("reduced_chi_squared", chi_squared / (n - 2.0));
+    near("akaike_criterion", n * (chi_squared / n).ln() + 4.0);
+    near("bayesian_criterion", n * (chi_squared / n).ln() + 2.0 * n.ln());
+    // The data have the noise that is stated.
+    assert!((number(&found, "reduced_chi_squared") - 1.0).abs() < 0.3, "{found:#}");
+    let screen = run(&scratch, "estimate c --factors f_k,f_q --quiet --force").succeeded().stdout;
+    assert!(screen.contains("\nχ² ") && screen.contains(", effective n "), "{screen}");
+}
+
 #[test]
 fn factors_that_scale_different_materials_are_not_shared() {
     let scratch = Scratch::new("apart");

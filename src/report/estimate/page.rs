@@ -3,7 +3,7 @@
 use super::{interval_text, multistart_summary, noise_model, objective_definition, standard_error};
 use crate::report::format;
 use crate::report::format::clause;
-use crate::report::html::table::{list, table};
+use crate::report::html::table::{list, paragraph, table};
 use crate::report::nominal::{MISFIT_HEAD, misfit_cells};
 use crate::study::answers::Answers;
 use crate::study::estimate::{Estimand, ParameterEstimates};
@@ -53,6 +53,7 @@ pub(super) fn page(answers: &Answers, outcome: &ParameterEstimates) -> String {
     table("Estimates", &head, &rows)
         + &errors(outcome)
         + &profiles(outcome)
+        + &goodness_of_fit(outcome)
         + &table("Prediction less measurement in the data window", &MISFIT_HEAD, &misfits)
         + &list(&text)
 }
@@ -69,6 +70,28 @@ fn profiles(outcome: &ParameterEstimates) -> String {
         })
         .collect();
     table("95 % intervals", &["Factor", "Linear", "Profile likelihood"], &rows)
+}
+
+/// Statistics of the fit.
+fn goodness_of_fit(outcome: &ParameterEstimates) -> String {
+    let of = outcome.goodness_of_fit;
+    let row = vec![
+        format::significant(of.chi_squared, 4),
+        format::count(of.degrees_of_freedom),
+        format::significant(of.reduced_chi_squared, 3),
+        format!("{:.1}", of.akaike_criterion),
+        format!("{:.1}", of.bayesian_criterion),
+        format::count(outcome.samples),
+        format::significant(outcome.effective_samples, 2),
+    ];
+    let head = ["χ²", "Degrees of freedom", "Reduced χ²", "AIC", "BIC", "Samples", "Effective samples"];
+    table("Goodness of fit", &head, &[row])
+        + &paragraph(
+            "χ² is the sum of squares of the residuals over their stated standard deviations, without loss function \
+             and prior. Reduced χ² is one where the residuals are as large as stated. AIC = N ln(χ²/N) + 2p and BIC = \
+             N ln(χ²/N) + p ln N with N samples and p factors, as in lmfit: the lower of two fits of the same data is \
+             better. They assume independent residuals; the effective samples say how far that holds.",
+        )
 }
 
 /// The standard error of each estimate and its parts.

@@ -200,7 +200,7 @@ pub(super) fn tables(
     found: &ParameterEstimates,
     outcome: &Posterior,
 ) -> Result<Vec<NamedFile>, ReportError> {
-    let mut tables = vec![samples_table(found, outcome)?];
+    let mut tables = vec![samples_table(found, outcome)?, chains_table(found, outcome)?];
     for (which, (case, of)) in answers.cases().zip(&outcome.predicted).enumerate() {
         let name = if which == 0 { "predictive".to_owned() } else { file_name("predictive", &case.id) };
         tables.push(predictive_table(&format!("{name}.csv"), case, of)?);
@@ -213,6 +213,18 @@ fn samples_table(found: &ParameterEstimates, outcome: &Posterior) -> Result<Name
     let mut table = CsvTable::new("posterior.csv", names)?;
     for draw in &outcome.draws {
         table.row(None, draw.iter().copied())?;
+    }
+    table.finish()
+}
+
+fn chains_table(found: &ParameterEstimates, outcome: &Posterior) -> Result<NamedFile, ReportError> {
+    let names = found.factors.iter().map(|factor| factor.factor.name.as_str());
+    let mut table = CsvTable::new("chains.csv", ["walker", "iteration"].into_iter().chain(names))?;
+    for (place, walker) in outcome.chains.walkers.iter().enumerate() {
+        for (at, &iteration) in outcome.chains.iterations.iter().enumerate() {
+            let values = outcome.chains.values.iter().map(|traces| traces[place][at]);
+            table.row(Some(&walker.to_string()), std::iter::once(iteration as f64).chain(values))?;
+        }
     }
     table.finish()
 }

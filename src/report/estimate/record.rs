@@ -1,6 +1,7 @@
 //! Keys of an estimate in `summary.json`.
 
 use crate::case::{Bounds, Case};
+use crate::fit::GoodnessOfFit;
 use crate::report::ReportError;
 use crate::report::files::json::{JsonObject, OrderedMap};
 use crate::study::answers::Answers;
@@ -96,6 +97,12 @@ pub(super) fn put(
         record.put("profiles", &profiles)?;
     }
     record.put("samples", &outcome.samples)?;
+    let GoodnessOfFit { chi_squared, degrees_of_freedom, .. } = outcome.goodness_of_fit;
+    record.put("chi_squared", &chi_squared)?;
+    record.put("degrees_of_freedom", &degrees_of_freedom)?;
+    record.put("reduced_chi_squared", &outcome.goodness_of_fit.reduced_chi_squared)?;
+    record.put("akaike_criterion", &outcome.goodness_of_fit.akaike_criterion)?;
+    record.put("bayesian_criterion", &outcome.goodness_of_fit.bayesian_criterion)?;
     record.put("autocorrelation", &outcome.autocorrelation)?;
     // Parameters of the noise model.
     record.put("correlation_time_s", &outcome.correlation_time_s)?;

@@ -104,7 +104,7 @@ pub(super) fn entry(entry: &LegendEntry, x: i32, y: i32, side: &Area) -> DrawRes
 /// Lengths of dash and gap, drawn units.
 fn dashes(stroke: Stroke) -> Option<(i32, i32)> {
     match stroke {
-        Stroke::Solid => None,
+        Stroke::Solid | Stroke::Hairline => None,
         Stroke::Dashed | Stroke::Thin => Some((px_coordinate(8), px_coordinate(5))),
         Stroke::Dotted => Some((px_coordinate(2), px_coordinate(4))),
     }

@@ -1,9 +1,10 @@
 //! Keys of a Monte Carlo sweep in `summary.json`.
 
+use super::sensitivity_indices::{pair_names, ranked_pairs};
 use crate::case::Case;
 use crate::report::files::json::OrderedMap;
 use crate::study::proportion::Proportion;
-use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
+use crate::study::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
 use crate::study::uncertainty::Uncertainty;
 use serde::Serialize;
 
@@ -17,8 +18,19 @@ pub(super) struct PeakIndices<'a> {
 #[derive(Serialize)]
 struct IndicesRecord<'a> {
     factors: OrderedMap<'a, FactorIndices>,
+    /// Largest first; empty for correlated factors.
+    second_order: Vec<PairRecord<'a>>,
     /// Share of the variance beyond pairwise interactions.
     unexplained: f64,
+}
+
+/// Second-order Sobol index of two factors.
+#[derive(Serialize)]
+struct PairRecord<'a> {
+    factors: [&'a str; 2],
+    value: f64,
+    low: f64,
+    high: f64,
 }
 
 /// Each with its 95 % interval.
@@ -54,7 +66,17 @@ fn indices_record<'a>(case: &'a Case, causes: &SensitivityIndices) -> IndicesRec
         total: causes.total[factor],
     };
     let named = case.factors.iter().enumerate().map(|(index, factor)| (factor.name.as_str(), each(index)));
-    IndicesRecord { factors: OrderedMap(named.collect()), unexplained: causes.unexplained }
+    let pair = |pair: PairIndex| PairRecord {
+        factors: pair_names(case, pair),
+        value: pair.index.value,
+        low: pair.index.low,
+        high: pair.index.high,
+    };
+    IndicesRecord {
+        factors: OrderedMap(named.collect()),
+        second_order: ranked_pairs(causes).into_iter().map(pair).collect(),
+        unexplained: causes.unexplained,
+    }
 }
 
 /// Sensor → factor → variance share at the sensor's nominal peak.

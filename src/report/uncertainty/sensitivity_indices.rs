@@ -1,8 +1,9 @@
 //! Sensitivity indices of a peak in sentences and tables.
 
+use crate::case::Case;
 use crate::report::format;
 use crate::study::answers::Answers;
-use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
+use crate::study::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
 use crate::study::uncertainty::Uncertainty;
 
 /// Shares of the variance of a sensor's peak due to single factors and to pairwise interactions.
@@ -66,6 +67,42 @@ pub(super) fn rows(answers: &Answers, causes: &SensitivityIndices) -> Vec<Vec<St
         ]
     };
     order.into_iter().map(row).collect()
+}
+
+/// Rows of the table of second-order indices that are shown on the page; the others are in the CSV file.
+const PAIRS_SHOWN: usize = 10;
+
+/// Head of the table of second-order indices.
+pub(super) const PAIR_HEAD: [&str; 2] = ["Factors", "Second-order Sobol index"];
+
+/// Rows of the table of second-order indices, the largest first.
+pub(super) fn pair_rows(case: &Case, causes: &SensitivityIndices) -> Vec<Vec<String>> {
+    let row = |pair: &PairIndex| vec![pair_names(case, *pair).join(" and "), index_with_interval(pair.index)];
+    ranked_pairs(causes).iter().take(PAIRS_SHOWN).map(row).collect()
+}
+
+/// Explanation of the table of second-order indices.
+pub(super) fn pair_explanation(causes: &SensitivityIndices) -> String {
+    let others = match causes.second.len().saturating_sub(PAIRS_SHOWN) {
+        0 => String::new(),
+        others => format!(" {} with smaller indices are in second-order.csv.", format::counted(others, "pair")),
+    };
+    format!(
+        "Second-order index: share of the variance due to the interaction of two factors, which neither has alone. The \
+         upper ends of the 95 % intervals include the unexplained variance.{others}"
+    )
+}
+
+/// Pairs of factors, the largest index first.
+pub(super) fn ranked_pairs(causes: &SensitivityIndices) -> Vec<PairIndex> {
+    let mut pairs = causes.second.clone();
+    pairs.sort_by(|a, b| b.index.value.total_cmp(&a.index.value));
+    pairs
+}
+
+/// Names of the factors of a pair.
+pub(super) fn pair_names(case: &Case, pair: PairIndex) -> [&str; 2] {
+    [pair.factors.0, pair.factors.1].map(|factor| case.factors[factor].name.as_str())
 }
 
 /// Explanation of the table.

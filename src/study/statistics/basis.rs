@@ -11,6 +11,7 @@
 use super::round_half_away;
 use crate::ensemble::Marginal;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Largest number of functions; it bounds the memory of their products with each other and with the outputs.
 pub(super) const FUNCTIONS_MAX: usize = 512;
@@ -78,6 +79,17 @@ impl Basis {
             alone || shared && also > 0 && (one == factor || other == factor)
         };
         (0..functions).filter(|&place| has(&self.functions[place])).collect()
+    }
+
+    /// Pairs of factors with the indices of the functions that contain both, among the first `functions`.
+    pub(super) fn pairs(&self, functions: usize) -> BTreeMap<(usize, usize), Vec<usize>> {
+        let mut pairs: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+        for (place, &[(one, _), (other, degree)]) in self.functions[..functions].iter().enumerate() {
+            if degree > 0 {
+                pairs.entry((one, other)).or_default().push(place);
+            }
+        }
+        pairs
     }
 
     /// Evaluate all functions for one member, in integer quanta.

@@ -1,4 +1,4 @@
-//! A number with its 95 % confidence interval.
+//! A number with its 95 % confidence interval, and that of a pair of factors.
 
 /// The 97.5 % quantile of the standard normal distribution.
 pub(super) const NORMAL_95: f64 = 1.96;
@@ -14,6 +14,17 @@ pub struct ConfidenceInterval {
     pub low: f64,
     /// The upper end of its 95 % interval.
     pub high: f64,
+}
+
+/// Second-order Sobol index: fraction of the variance from the interaction of two factors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct PairIndex {
+    /// Indices of the factors, the lower first.
+    pub factors: (usize, usize),
+    /// The index.
+    pub index: ConfidenceInterval,
 }
 
 impl ConfidenceInterval {

@@ -1,4 +1,4 @@
-//! First-order and total Sobol indices from the members of an ordinary Monte Carlo sweep.
+//! First-order, second-order and total Sobol indices from the members of an ordinary Monte Carlo sweep.
 //!
 //! Each output is expanded by least squares over all members in basis functions of one and two factors. The explained
 //! variance is attributed to the factors; the residual is the unexplained part. Saltelli's sampling, which is unbiased
@@ -11,14 +11,16 @@
 //! **Correlated factors.** `S = Var(E[T|f]) / V` is the part of the expansion's variance that functions of the factor
 //! alone explain, including the effect of correlated factors. `S_T = E[Var(T|others)] / V` is the part that only
 //! functions with the factor explain, the variance that would remain with all others known. These parts may overlap or
-//! leave gaps, so they do not sum to one.
+//! leave gaps, so they do not sum to one. A pair has no part of its own then, and there are no second-order indices.
 
 use super::basis::QUANTA;
-use super::interval::NORMAL_95;
+use super::interval::{NORMAL_95, PairIndex};
 use super::output::OutputSums;
 use super::{Accumulator, COARSE_LOG2, ConfidenceInterval, chunk_len};
 use nalgebra::{Cholesky, DMatrix, DVectorView, Dyn};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Smallest number of members per function; with fewer, the expansion overfits.
 const MEMBERS_PER_FUNCTION: usize = 8;
@@ -37,6 +39,8 @@ pub(super) struct SobolIndices {
     /// First-order and total indices, one per factor.
     pub(super) first: Vec<ConfidenceInterval>,
     pub(super) total: Vec<ConfidenceInterval>,
+    /// Second-order indices; only where they were requested.
+    pub(super) second: Vec<PairIndex>,
     pub(super) unexplained: f64,
 }
 
@@ -46,6 +50,7 @@ impl SobolIndices {
         Self {
             first: vec![ConfidenceInterval::UNKNOWN; factors],
             total: vec![ConfidenceInterval::UNKNOWN; factors],
+            second: Vec::new(),
             unexplained: f64::NAN,
         }
     }
@@ -62,6 +67,8 @@ pub(super) struct PolynomialChaos<'a> {
     covariance: Option<DMatrix<f64>>,
     /// First-order and total part, per factor.
     parts: Vec<[VariancePart; 2]>,
+    /// The part of each pair of factors, for independent factors.
+    pairs: Vec<((usize, usize), VariancePart)>,
 }
 
 /// A part of the variance: the sum of squares of some coefficients, or of linear combinations of them.
@@ -112,17 +119,29 @@ impl<'a> PolynomialChaos<'a> {
             VariancePart { functions: chosen, mixture }
         };
         let parts = (0..accumulator.factors()).map(|factor| [part(factor, false), part(factor, true)]).collect();
-        Some(Self { accumulator, functions, gram_inverse: inverse, covariance: joint, parts })
+        let pairs = if are_independent { accumulator.basis.pairs(functions) } else { BTreeMap::new() };
+        let pairs =
+            pairs.into_iter().map(|(pair, functions)| (pair, VariancePart { functions, mixture: None })).collect();
+        Some(Self { accumulator, functions, gram_inverse: inverse, covariance: joint, parts, pairs })
     }
 
-    /// Indices of some outputs.
-    pub(super) fn indices(&self, outputs: &[OutputSums]) -> Vec<SobolIndices> {
+    /// Indices of some outputs, the first of them number `first`; those in `second_order` with indices of pairs.
+    pub(super) fn indices(
+        &self,
+        outputs: &[OutputSums],
+        first: usize,
+        second_order: &Range<usize>,
+    ) -> Vec<SobolIndices> {
         let members = self.accumulator.members as f64;
         let moment = |function: usize, output: usize| outputs[output].moments[function] as f64 / members / QUANTA;
         let moments = DMatrix::from_fn(self.functions, outputs.len(), moment);
         let coefficients = &self.gram_inverse * &moments;
         let each = outputs.iter().zip(moments.column_iter().zip(coefficients.column_iter()));
-        each.map(|(output, (moments, coefficients))| self.output_indices(output, moments, coefficients)).collect()
+        let numbered = (first..).zip(each);
+        let indices = numbered.map(|(number, (output, (moments, coefficients)))| {
+            self.output_indices(output, moments, coefficients, second_order.contains(&number))
+        });
+        indices.collect()
     }
 
     /// Indices of an output, from its mean products with the functions and its least-squares coefficients.
@@ -131,6 +150,7 @@ impl<'a> PolynomialChaos<'a> {
         output: &OutputSums,
         moments: DVectorView<'_, f64>,
         coefficients: DVectorView<'_, f64>,
+        second_order: bool,
     ) -> SobolIndices {
         let (members, functions) = (self.accumulator.members as f64, self.functions as f64);
         let coarse = f64::from(1 << COARSE_LOG2);
@@ -143,12 +163,12 @@ impl<'a> PolynomialChaos<'a> {
             Some(joint) => coefficients.dot(&(joint * coefficients)) - left * (functions - 1.0) / members,
         };
         let variance = f64::max(explained, 0.0) + left;
-        if variance < MIN_VARIANCE {
-            let none = vec![ConfidenceInterval { value: 0.0, low: 0.0, high: 0.0 }; self.parts.len()];
-            return SobolIndices { first: none.clone(), total: none, unexplained: 0.0 };
-        }
-        let rest = left / variance;
+        let is_constant = variance < MIN_VARIANCE;
+        let rest = if is_constant { 0.0 } else { left / variance };
         let index = |part: &VariancePart| {
+            if is_constant {
+                return ConfidenceInterval { value: 0.0, low: 0.0, high: 0.0 };
+            }
             let count = part.functions.len() as f64;
             let sum: f64 = match &part.mixture {
                 None => part.functions.iter().map(|&at| coefficients[at].powi(2) - noise(at)).sum(),
@@ -157,7 +177,9 @@ impl<'a> PolynomialChaos<'a> {
             self.index_interval(f64::clamp(sum / variance, 0.0, 1.0), rest, count)
         };
         let [first, total] = [0, 1].map(|order| self.parts.iter().map(|part| index(&part[order])).collect());
-        SobolIndices { first, total, unexplained: rest }
+        let pairs = self.pairs.iter().filter(|_| second_order);
+        let second = pairs.map(|(factors, part)| PairIndex { factors: *factors, index: index(part) }).collect();
+        SobolIndices { first, total, second, unexplained: rest }
     }
 
     /// An index with its 95 % interval, from its value, the unexplained fraction, and the number of functions `count`
@@ -224,7 +246,7 @@ mod tests {
         // At least a thousand quanta of 2⁻¹¹ per standard deviation, as for one kelvin.
         let outputs: Vec<f64> = rows.iter().map(|row| 10.0 * f(row)).collect();
         accumulator.add_block(&outputs, &rows.concat(), &vec![true; members]);
-        accumulator.sensitivity_indices(correlation.is_empty()).remove(0)
+        accumulator.sensitivity_indices(correlation.is_empty(), 0..1).remove(0)
     }
 
     fn even(factors: usize, members: usize, seed: u64, f: impl Fn(&[f64]) -> f64) -> SensitivityIndices {
@@ -279,6 +301,69 @@ mod tests {
     fn indices_of_the_g_function_are_within_a_hundredth() {
         let [first, total] = g_indices();
         assert_close(&even(8, MANY, 1, g), [&first, &total], CLOSE);
+    }
+
+    /// Second-order indices within a tolerance of the exact ones, and intervals that hold them up to the rounding of
+    /// the functions to a 512th.
+    #[track_caller]
+    fn assert_pairs(found: &SensitivityIndices, exact: impl Fn(usize, usize) -> f64, tolerance: f64) {
+        let factors = found.first.len();
+        assert_eq!(found.second.len(), factors * (factors - 1) / 2);
+        for PairIndex { factors: (one, other), index } in &found.second {
+            let exact = exact(*one, *other);
+            assert!((index.value - exact).abs() < tolerance, "{one} and {other}: {index:?}, not {exact}");
+            assert!(
+                index.low <= exact + 1e-4 && exact <= index.high + 1e-4,
+                "{one} and {other}: {index:?}, not {exact}"
+            );
+        }
+    }
+
+    /// First-order and second-order indices and the unexplained part are the whole variance.
+    #[track_caller]
+    fn assert_sum(found: &SensitivityIndices, tolerance: f64) {
+        let pairs: f64 = found.second.iter().map(|pair| pair.index.value).sum();
+        let all = found.first.iter().map(|index| index.value).sum::<f64>() + pairs + found.unexplained;
+        assert!((all - 1.0).abs() < tolerance, "{all}");
+    }
+
+    #[test]
+    fn second_order_indices_of_the_ishigami_function_are_exact_within_a_hundredth() {
+        let [first, total] = ishigami_indices();
+        let exact = |one, other| if (one, other) == (0, 2) { total[0] - first[0] } else { 0.0 };
+        for seed in 1..3 {
+            let found = even(3, MANY, seed, ishigami);
+            assert_pairs(&found, exact, CLOSE);
+            assert_sum(&found, CLOSE);
+        }
+    }
+
+    /// Of the G-function, the variance of a pair is the product of their own.
+    #[test]
+    fn second_order_indices_of_the_g_function_are_exact_within_a_hundredth() {
+        let alone = G.map(|a| 1.0 / (3.0 * (1.0 + a).powi(2)));
+        let all: f64 = alone.iter().map(|part| 1.0 + part).product::<f64>() - 1.0;
+        assert_pairs(&even(8, MANY, 1, g), |one, other| alone[one] * alone[other] / all, CLOSE);
+    }
+
+    /// For uniform factors the variances of x, y and xy are 1/3, 1/3 and 1/9.
+    #[test]
+    fn the_second_order_index_of_a_product_is_its_part_of_the_variance() {
+        let found = even(3, 500, 2, |f| f[0] + f[1] + f[0] * f[1]);
+        assert_pairs(&found, |one, other| if (one, other) == (0, 1) { 1.0 / 7.0 } else { 0.0 }, 1e-4);
+        assert_sum(&found, 1e-4);
+    }
+
+    #[test]
+    #[should_panic(expected = "0 and 2")]
+    fn a_second_order_index_fails_as_zero() {
+        assert_pairs(&even(3, MANY, 1, ishigami), |_, _| 0.0, CLOSE);
+    }
+
+    #[test]
+    fn correlated_factors_have_no_second_order_indices() {
+        let pair = Correlation::new(2, &[(0, 1, 0.5)]).expect("a correlation");
+        assert!(causes(SamplingKind::Normal, &pair, 2, 500, 1, |f| f[0] * f[1]).second.is_empty());
     }
 
     #[test]
@@ -367,11 +452,11 @@ mod tests {
         let marginals = [(1.0, 1.0), (0.0, 2.0)].map(|bounds| Marginal::new(1.0, bounds, SamplingKind::Uniform));
         let mut accumulator = Accumulator::new(&[0.0, 0.0], &marginals);
         assert!(
-            accumulator.sensitivity_indices(true)[0].total[1].value.is_nan()
-                && accumulator.sensitivity_indices(true)[0].unexplained.is_nan()
+            accumulator.sensitivity_indices(true, 0..0)[0].total[1].value.is_nan()
+                && accumulator.sensitivity_indices(true, 0..0)[0].unexplained.is_nan()
         );
         (0..100).for_each(|i| accumulator.add(&[f64::from(i), 5.0], &[1.0, 0.02 * f64::from(i)]));
-        let [moving, still] = [0, 1].map(|output| accumulator.sensitivity_indices(true)[output].clone());
+        let [moving, still] = [0, 1].map(|output| accumulator.sensitivity_indices(true, 0..0)[output].clone());
         assert!(
             moving.first[0].value == 0.0 && moving.total[0].value == 0.0 && (moving.total[1].value - 1.0).abs() < 1e-3
         );

@@ -1,10 +1,11 @@
 //! Global sensitivity of an output to each factor: correlations, rank correlations, and Sobol indices.
 
-use super::interval::ConfidenceInterval;
+use super::interval::{ConfidenceInterval, PairIndex};
 use super::polynomial_chaos::{PolynomialChaos, SobolIndices};
 use super::{Accumulator, GRADE_QUANTA, chunk_len};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Sensitivity indices of one output; each vector has one entry per factor.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,23 +25,27 @@ pub struct SensitivityIndices {
     /// Total Sobol indices: fraction of the variance that remains when all other factors are known, up to pairwise
     /// interactions.
     pub total: Vec<ConfidenceInterval>,
+    /// Second-order Sobol indices, for peaks and their times: empty for other outputs, for correlated factors, and
+    /// where there are too few members for products of factors.
+    pub second: Vec<PairIndex>,
     /// Fraction of the variance beyond pairwise interactions. It may belong to any index.
     pub unexplained: f64,
 }
 
 impl Accumulator {
-    /// Sensitivity indices of every output. For correlated factors the indices are as defined in `polynomial_chaos.rs`.
+    /// Sensitivity indices of every output; second-order indices of those in `second_order`. For correlated factors the
+    /// indices are as defined in `polynomial_chaos.rs`.
     ///
     /// Confidence intervals of correlations assume independent members; stratified or quasi-random members scatter
     /// less.
-    pub fn sensitivity_indices(&self, are_independent: bool) -> Vec<SensitivityIndices> {
+    pub fn sensitivity_indices(&self, are_independent: bool, second_order: Range<usize>) -> Vec<SensitivityIndices> {
         let expansion = PolynomialChaos::new(self, are_independent);
         let ranks = RankCorrelations::new(self);
         let each = chunk_len(self.outputs.len());
         let stretches = self.outputs.par_chunks(each).zip((0..self.outputs.len()).step_by(each).collect::<Vec<_>>());
         let causes = stretches.flat_map_iter(|(outputs, first)| {
             let indices = match &expansion {
-                Some(expansion) => expansion.indices(outputs),
+                Some(expansion) => expansion.indices(outputs, first, &second_order),
                 None => vec![SobolIndices::unknown(self.factors()); outputs.len()],
             };
             indices.into_iter().zip(first..).map(|(indices, output)| self.output_indices(output, indices, &ranks))
@@ -56,7 +61,7 @@ impl Accumulator {
             .map(|factor| ConfidenceInterval::correlation(self.correlation(output, factor), members, 1.0));
         let ranked = ranks.correlations(self, output);
         let partial = ranks.partial(&ranked);
-        let SobolIndices { first, total, unexplained: rest } = indices;
+        let SobolIndices { first, total, second, unexplained: rest } = indices;
         SensitivityIndices {
             correlations: correlations.collect(),
             rank_correlations: ranked
@@ -69,6 +74,7 @@ impl Accumulator {
             shares: factors.map(|factor| self.squared_correlation_share(output, factor)).collect(),
             first,
             total,
+            second,
             unexplained: rest,
         }
     }
@@ -193,7 +199,7 @@ mod tests {
         let marginals: Vec<Marginal> = (0..3).map(|_| Marginal::new(0.5, (0.0, 1.0), SamplingKind::Uniform)).collect();
         let mut accumulator = Accumulator::new(&[500.0], &marginals);
         rows.iter().for_each(|(factors, output)| accumulator.add(&[*output], factors));
-        let causes = accumulator.sensitivity_indices(false).remove(0);
+        let causes = accumulator.sensitivity_indices(false, 0..0).remove(0);
         let output = ranked(&rows.iter().map(|row| row.1).collect::<Vec<f64>>());
         let factors: Vec<Vec<f64>> =
             (0..3).map(|factor| ranked(&rows.iter().map(|row| row.0[factor]).collect::<Vec<f64>>())).collect();

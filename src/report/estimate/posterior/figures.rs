@@ -15,6 +15,7 @@ pub(in crate::report::estimate) fn figures(
     outcome: &Posterior,
 ) -> Vec<Figure> {
     let mut figures = vec![corner_plot(found, outcome)];
+    figures.extend((0..found.factors.len()).map(|factor| chain_traces(found, outcome, factor)));
     for (case, of) in answers.cases().zip(&outcome.predicted) {
         figures.extend((0..case.sensors.len()).filter_map(|sensor| predictive_intervals(answers, case, of, sensor)));
     }
@@ -57,6 +58,33 @@ fn corner_plot(found: &ParameterEstimates, outcome: &Posterior) -> Figure {
             variables: (0..outcome.marginals.len()).map(variable).collect(),
             regions: outcome.pairs.iter().map(region).collect(),
         }],
+    }
+}
+
+/// Traces of some walkers.
+fn chain_traces(found: &ParameterEstimates, outcome: &Posterior, factor: usize) -> Figure {
+    let (name, chains) = (&found.factors[factor].factor.name, &outcome.chains);
+    let iterations: Vec<f64> = chains.iterations.iter().map(|&iteration| iteration as f64).collect();
+    let mut layers = vec![Layer::Interval { name: "burn-in".to_owned(), from: 0.0, to: outcome.burn_in as f64 }];
+    layers.extend(chains.walkers.iter().zip(&chains.values[factor]).enumerate().map(|(place, (walker, values))| {
+        line(format!("walker {walker}"), Ink::Series(place), Stroke::Hairline, &iterations, values)
+    }));
+    let diagnostics = outcome.marginals[factor].diagnostics;
+    Figure {
+        id: file_name("chains", name),
+        paper_reference: String::new(),
+        title: format!("Markov chains of {name}"),
+        caption: format!(
+            "{} of {} over the iterations. Chains that have converged fluctuate about one level after the burn-in and \
+             cannot be told apart. R-hat {}; autocorrelation time {} iterations.",
+            format::counted(chains.walkers.len(), "walker"),
+            format::count(outcome.walkers.number),
+            format::significant(diagnostics.r_hat, 3),
+            format::significant(diagnostics.autocorrelation_time, 2)
+        ),
+        x: Axis::linear("Iteration").with_range(0.0, outcome.walkers.iterations as f64),
+        y: Axis::linear(name),
+        layers,
     }
 }
 
