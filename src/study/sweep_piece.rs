@@ -250,8 +250,8 @@ fn failure_records(gathered: &SweepStatistics) -> Vec<FailureRecord> {
     gathered.failures().into_iter().map(record).collect()
 }
 
-/// The members of piece `number` of `pieces` equal ones, counted from 1: `None` if there is no such piece, or if a piece
-/// would have no member.
+/// The members of piece `number` of `pieces` equal ones, counted from 1: `None` if there is no such piece, or if a
+/// piece would have no member.
 pub fn equal_piece(number: usize, pieces: usize, members: usize) -> Option<Range<usize>> {
     let end = |number: usize| (number as u128 * members as u128 / pieces as u128) as usize;
     ((1..=pieces).contains(&number) && pieces <= members).then(|| end(number - 1)..end(number))

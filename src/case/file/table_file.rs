@@ -1,5 +1,5 @@
-//! Table files (CSV and similar, and sheets of workbooks): a heading line `time_s,flux_w_cm2,TC1_K`, then numbers. The unit of a column ends its
-//! heading, also as `TC1 (K)` or `TC1 [K]`, or is in a line of units below the headings.
+//! Table files (CSV and similar, and sheets of workbooks): a heading line `time_s,flux_w_cm2,TC1_K`, then numbers. The
+//! unit of a column ends its heading, also as `TC1 (K)` or `TC1 [K]`, or is in a line of units below the headings.
 //!
 //! A case may choose columns by their headings. Lines above the headings are then ignored, and so are columns without a
 //! heading and repeated headings, unless they are chosen.
