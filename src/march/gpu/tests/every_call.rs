@@ -33,11 +33,13 @@ impl Kept {
         self.0.lock().expect("no test panics with it")
     }
 
-    /// Forget all but the compiled kernels, and let another call fail.
-    fn restart(&self, planned: Option<(usize, Fault)>) {
+    /// Forget all but the compiled kernels, and let another call fail. The number of dispatches after a timed one is not
+    /// the same in every run.
+    fn restart(&self, planned: Option<(usize, Fault)>, is_timed: bool) {
         let mut gpu = self.gpu();
         (gpu.max_batch_members, gpu.is_memory_exhausted) = (BATCH, false);
-        gpu.pipelines.iter_mut().for_each(|pipeline| pipeline.measured = None);
+        let measured = (!is_timed).then_some((BATCH as u32, u32::MAX));
+        gpu.pipelines.iter_mut().for_each(|pipeline| pipeline.measured = measured);
         // An error that nobody waits for any more.
         let _ = gpu.device.check();
         gpu.device.injection.restart(planned);
@@ -148,50 +150,65 @@ impl Work {
         (found, march.remarks())
     }
 
+    /// A device with the kernel.
+    fn warm(&self) -> Kept {
+        let device = self.opened();
+        self.marched(&mut device.clone()).expect("nothing fails");
+        device
+    }
+
     /// Let every call fail in turn, in every way.
     fn fails_at_every_call(&self) {
         let expected = self.marched(&mut Cpu::new(Precision::F32)).expect("the processor does not fail");
-        let device = self.opened();
+        let device = self.warm();
+        let first_calls = device.gpu().device.injection.calls();
+        device.restart(None, false);
         let (on_device, remarks) = self.with_reserve(&device);
         assert_eq!(remarks, Vec::<String>::new());
         // Parallel cyclic reduction is no twin.
         assert!(self.kernel == Kernel::Cooperative || on_device == expected);
         let calls = device.gpu().device.injection.calls();
-        let check = |device: &Kept, planned: (usize, Fault), kind: DriverCall| {
-            device.restart(Some(planned));
+        let check = |device: &Kept, fault: Fault, call: usize, is_timed: bool| {
+            device.restart(Some((call, fault)), is_timed);
             let (found, remarks) = self.with_reserve(device);
-            let context = format!("{planned:?} of {}, {kind:?}: {remarks:?}", calls.len());
+            let kind = device.gpu().device.injection.calls()[call];
+            let context = format!("{fault:?} at call {call} of {}, {kind:?}: {remarks:?}", calls.len());
             let is_either = |(member, row)| row == &expected[member] || row == &on_device[member];
             assert!(found.len() == expected.len() && found.iter().enumerate().all(is_either), "{context}");
             // What a device has copied to the host is not lost with it.
-            let is_needless = planned.1 == Fault::Destroyed && kind == DriverCall::Read && remarks.is_empty();
+            let is_needless = fault == Fault::Destroyed && kind == DriverCall::Read && remarks.is_empty();
             let is_said = |remark: &String| remark.starts_with("The device failed (") || remark.contains("exhausted: ");
             assert!(is_needless || remarks.len() == 1 && is_said(&remarks[0]), "{context}");
         };
+        // The first call compiles the kernel, which takes long.
+        assert_eq!((first_calls[0], calls.contains(&DriverCall::Pipeline)), (DriverCall::Pipeline, false));
+        FAULTS.iter().for_each(|fault| check(&self.opened(), *fault, 0, false));
+        check(&self.opened(), Fault::Destroyed, 0, false);
+
         let is_all = std::env::var_os("BONDLINE_ALL").is_some();
-        let mut kinds = BTreeSet::new();
+        let mut kinds = BTreeSet::from([DriverCall::Pipeline]);
         for (call, &kind) in calls.iter().enumerate() {
-            // A kernel takes long to compile: only where it is compiled, and for a device that cannot be used again.
-            if call == 0 {
-                for fault in FAULTS {
-                    check(&self.opened(), (0, fault), kind);
-                }
-            } else {
-                FAULTS.iter().for_each(|fault| check(&device, (call - 1, *fault), kind));
-            }
+            FAULTS.iter().for_each(|fault| check(&device, *fault, call, false));
+            // A device that was destroyed cannot be used again.
             if kinds.insert(kind) || is_all {
-                check(&self.opened(), (call, Fault::Destroyed), kind);
+                check(&self.warm(), Fault::Destroyed, call, false);
             }
         }
-        let found: Vec<DriverCall> = kinds.into_iter().collect();
-        assert_eq!(found, DriverCall::ALL);
-        assert_eq!(calls.iter().filter(|call| **call == DriverCall::Pipeline).count(), 1);
-        assert_eq!(calls[0], DriverCall::Pipeline);
+        let kinds: Vec<DriverCall> = kinds.into_iter().collect();
+        assert_eq!(kinds, DriverCall::ALL);
+        if self.kernel == Kernel::Cooperative {
+            // The first dispatch is timed between two polls.
+            let polls = first_calls.iter().enumerate().filter(|(_, call)| **call == DriverCall::Poll);
+            let (timed, _) = polls.take(2).last().expect("the device is polled");
+            for call in 0..timed {
+                FAULTS.iter().for_each(|fault| check(&device, *fault, call, true));
+            }
+        }
 
         // Without a reserve, they are errors of the device.
-        for call in 0..calls.len() - 1 {
+        for call in 0..calls.len() {
             for fault in FAULTS.into_iter().filter(|fault| *fault != Fault::OutOfMemory) {
-                device.restart(Some((call, fault)));
+                device.restart(Some((call, fault)), false);
                 let found = self.marched(&mut device.clone());
                 assert!(matches!(found, Err(MarchError::Device { .. })), "{fault:?} at call {call}: {found:?}");
             }
