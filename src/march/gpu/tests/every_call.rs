@@ -33,8 +33,8 @@ impl Kept {
         self.0.lock().expect("no test panics with it")
     }
 
-    /// Forget all but the compiled kernels, and let another call fail. The number of dispatches after a timed one is not
-    /// the same in every run.
+    /// Forget all but the compiled kernels, and let another call fail. The number of dispatches after a timed one
+    /// differs between runs.
     fn restart(&self, planned: Option<(usize, Fault)>, is_timed: bool) {
         let mut gpu = self.gpu();
         (gpu.max_batch_members, gpu.is_memory_exhausted) = (BATCH, false);
