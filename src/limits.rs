@@ -18,7 +18,7 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 30] = [
+pub const LIMITS: [&Limit; 31] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
     &UNPACKED_MIB,
@@ -39,6 +39,7 @@ pub const LIMITS: [&Limit; 30] = [
     &THICKNESS_RATIO,
     &CELLS,
     &OUTPUT_INTERVALS,
+    &PROFILE_INSTANTS,
     &TEMPERATURES,
     &STEPS,
     &CELL_STEPS,
@@ -91,6 +92,8 @@ pub const THICKNESS_RATIO: Limit = Limit { quantity: "times the thickness of a p
 pub const CELLS: Limit = Limit { quantity: "cells", max: 1024 };
 /// `duration` over `resolution.output_interval`.
 pub const OUTPUT_INTERVALS: Limit = Limit { quantity: "output intervals of a case", max: 100_000 };
+/// A slider over more instants cannot be set.
+pub const PROFILE_INSTANTS: Limit = Limit { quantity: "instants of profiles through the thickness", max: 200 };
 /// Instants are output instants and the times of observations: 8 MB per member.
 pub const TEMPERATURES: Limit = Limit { quantity: "temperatures of a member (sensors times instants)", max: 1_000_000 };
 /// 400 MB of schedules, with those of the coarse plan.

@@ -21,6 +21,7 @@ mod measured_schedules; // schedules of thousands of noisy rows: cost and accura
 mod output_instants; // sample times between output instants
 #[cfg(unix)]
 mod outputs; // columns, keys and screens against docs/reference/outputs.md
+mod paper; // the chapter on the figures of the paper
 mod posterior; // posteriors against linear intervals and profiles; prediction of unfitted sensors
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod sensor_convergence; // convergence of sensors beside plies that decompose

@@ -218,14 +218,15 @@ fn written() -> &'static Written {
         written.run(&scratch, "twin bare --noise 1K", &["bare"]);
         run(&scratch, "twin bare --noise 1K --out measured.csv").succeeded();
         written.run(&scratch, "predict own", &["own"]);
-        written.run(&scratch, "predict cases/lcat-2259-pyrolysis", &["cases/lcat-2259-pyrolysis"]);
+        written.run(&scratch, "predict cases/lcat-2259-pyrolysis --depth-profiles 5", &["cases/lcat-2259-pyrolysis"]);
+        written.run(&scratch, "predict cases/permeation --depth-profiles 60s", &["cases/permeation"]);
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);
         written.run(&scratch, "sensitivity own", &["own"]);
         let estimate =
             "estimate own other --factors f_k,f_q --profile f_q --posterior --walkers 40 --mcmc-iterations 20";
         written.run(&scratch, estimate, &["own", "other"]);
         written.run(&scratch, "estimate own --compare char", &["own", "char"]);
-        written.run(&scratch, "study cases/lcat-2259 -n 60", &["cases/lcat-2259"]);
+        written.run(&scratch, "study cases/lcat-2259 -n 60 --depth-profiles 10s,40s", &["cases/lcat-2259"]);
         let limit = "size cases/lcat-2259 --ply INS --limit TC4<950K --probability 0.9 -n 40";
         written.run(&scratch, limit, &["cases/lcat-2259"]);
         written.run(&scratch, "history own", &["own"]);

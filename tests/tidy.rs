@@ -36,7 +36,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("rayon", &["src/adapt.rs", "src/march/cpu.rs", "src/study/statistics", "src/session/", "src/command/devices.rs"]),
     (
         "serde",
-        &["src/report/", "src/case/", "src/fit/", "src/march/mod.rs", "src/plan/mod.rs", "src/study/", "src/traces.rs"],
+        &["src/report/", "src/case/", "src/fit/", "src/march/mod.rs", "src/plan/", "src/study/", "src/traces.rs"],
     ),
     (
         "serde_json",

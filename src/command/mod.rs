@@ -59,11 +59,11 @@ pub(crate) fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
 pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
     match cli.command {
         Command::Init(init) => init::run(&init),
-        Command::Predict(case) => predict::run(&case),
-        Command::Uncertainty { case, sweep, resume, keep, part: None, piece: None } => {
-            uncertainty::run(&case, &sweep, &resume, keep)
+        Command::Predict { case, profiles } => predict::run(&case, &profiles),
+        Command::Uncertainty { case, sweep, resume, profiles, keep, part: None, piece: None } => {
+            uncertainty::run(&case, &sweep, &resume, &profiles, keep)
         }
-        Command::Uncertainty { case, sweep, resume, keep, part, piece } => {
+        Command::Uncertainty { case, sweep, resume, keep, part, piece, .. } => {
             let part = match (part, piece) {
                 (Some(part), _) => Part { members: convert::member_range(&part, sweep.members)?, equal_pieces: None },
                 (None, piece) => {
@@ -87,8 +87,9 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
             };
             estimate::run(&case, &arguments)
         }
-        Command::Study { case, sweep, resume, data, fit, posterior } => {
-            study::run(&case, &sweep, &resume, &data, &fit, &posterior)
+        Command::Study { case, sweep, resume, profiles, data, fit, posterior } => {
+            let kept = study::Kept { resume: &resume, profiles: &profiles };
+            study::run(&case, &sweep, &kept, &data, &fit, &posterior)
         }
         Command::Size { case, size, sweep, resume } => size::run(&case, &size, &sweep, &resume),
         Command::History { case, data, history } => history::run(&case, &data, &history),

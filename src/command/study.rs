@@ -1,16 +1,22 @@
 //! `bondline study`: prediction, uncertainty, sensitivity and estimate in one report.
 
 use crate::command::args::convert;
-use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, ResumeArgs, SweepArgs};
+use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, ProfileArgs, ResumeArgs, SweepArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load, too_many_failed};
 use crate::command::terminal::print_error;
 use bondline::session::StudyOptions;
 
+/// What a study keeps and adds.
+pub(crate) struct Kept<'a> {
+    pub resume: &'a ResumeArgs,
+    pub profiles: &'a ProfileArgs,
+}
+
 pub(crate) fn run(
     args: &CaseArgs,
     sweep: &SweepArgs,
-    resume: &ResumeArgs,
+    kept: &Kept<'_>,
     data: &ObservationArgs,
     fit: &FitArgs,
     posterior: &PosteriorArgs,
@@ -26,7 +32,9 @@ pub(crate) fn run(
     if let (Some(reason), Some(option)) = (options.check(&case)?, given_option) {
         return Err(input(format!("{option}: nothing is estimated: {reason}")));
     }
-    let mut run = Run::open_resumable("study", args, case, resume)?;
+    let profiles = convert::depth_profiles(kept.profiles, &case)?;
+    let mut run = Run::open_resumable("study", args, case, kept.resume)?;
+    run.session.set_depth_profiles(profiles)?;
     let answers = run.session.study(&options)?;
     let failure = answers
         .uncertainty

@@ -1,7 +1,7 @@
 //! `bondline uncertainty`: a Monte Carlo sweep over the factors, or a part of one.
 
 use crate::command::args::convert;
-use crate::command::args::{CaseArgs, KeepArg, ResumeArgs, SweepArgs};
+use crate::command::args::{CaseArgs, KeepArg, ProfileArgs, ResumeArgs, SweepArgs};
 use crate::command::exit::{Failure, Output, unusable_folder};
 use crate::command::member_output::MemberOutput;
 use crate::command::progress::MarchProgress;
@@ -20,12 +20,15 @@ pub(crate) fn run(
     args: &CaseArgs,
     sweep: &SweepArgs,
     resume: &ResumeArgs,
+    profiles: &ProfileArgs,
     keep: Option<KeepArg>,
 ) -> Result<Output, Failure> {
     let options = convert::sweep(sweep);
     let case = load(&args.case, &args.march)?;
     options.check(&case)?;
+    let profiles = convert::depth_profiles(profiles, &case)?;
     let mut run = Run::open_resumable("uncertainty", args, case, resume)?;
+    run.session.set_depth_profiles(profiles)?;
     let Run { folder, session, resumable, cancel, .. } = &mut run;
     let path_of = &mut |name: &str| folder.reserve(name);
     let mut output = MemberOutput::create(path_of, session, keep, None, resumable.as_ref(), cancel)?;

@@ -3,6 +3,7 @@
 use super::{Backend, March, MarchError, Precision, interpolate_records, member_status};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
+use crate::physics::cell_state::CELL_QUANTITIES;
 use crate::physics::dual::Dual;
 use crate::physics::lanes::{F32Lanes, F64Lanes, SimdTables};
 use crate::physics::member::Member;
@@ -220,7 +221,7 @@ fn march_groups<S: Simd, R: Real>(
                 0 => 1.0,
                 _ => values[lane.min(lanes - 1)][column - 1],
             };
-            march_group::<S, R>(plan, rows, lanes, value, temperatures_k)
+            march_group::<S, R>(plan, rows, lanes, value, temperatures_k, false)
         })
         .collect();
     for end in ends.into_iter().flatten() {
@@ -251,7 +252,7 @@ fn march_tangents<S: Simd, R: Real>(
             (0, _) => values[column - 1],
             _ => f64::from(some.get(lane - 1).is_some_and(|factor| factor + 1 == column)),
         };
-        let ends = march_group::<S, R>(plan, rows, 1 + some.len(), value, &mut temperatures_k);
+        let ends = march_group::<S, R>(plan, rows, 1 + some.len(), value, &mut temperatures_k, false);
         (temperatures_k, ends)
     });
     let marched: Vec<(Vec<f64>, Vec<MemberResult>)> = marched.collect();
@@ -273,6 +274,8 @@ struct MemberResult {
     extremes_k: Vec<(f64, f64)>,
     /// Gauge × instant.
     gauges: Vec<f64>,
+    /// Quantity × cell × record, where they are read.
+    cell_states: Vec<f64>,
 }
 
 impl MemberResult {
@@ -284,26 +287,46 @@ impl MemberResult {
     }
 }
 
+/// Density of the solid (kg/m³ of the virgin layup), degree of conversion and gas pressure (Pa; zero without Darcy
+/// flow) of every cell of one member at the instants of a plan with gas, in double precision: quantity, cell × instant.
+/// They are those of the plan's own resolution.
+pub fn cell_states(plan: &Plan, ensemble: &Ensemble, member: usize) -> [Vec<Vec<f64>>; CELL_QUANTITIES] {
+    let values = ensemble.member(member);
+    let value = |_: usize, column: usize| if column == 0 { 1.0 } else { values[column - 1] };
+    let mut temperatures_k = vec![0.0; plan.sensor_locations.len() * plan.records];
+    let marched = march_group::<Scalar, f64>(plan, &plan.data, 1, value, &mut temperatures_k, true);
+    let mut cells = marched[0].cell_states.chunks(plan.records.max(1)).map(|records| match &plan.interpolation {
+        None => records.to_vec(),
+        Some(readout) => {
+            let mut readings = Vec::with_capacity(readout.instant_count());
+            readout.interpolate(records, &mut readings);
+            readings
+        }
+    });
+    std::array::from_fn(|_| cells.by_ref().take(plan.cells()).collect())
+}
+
 /// March one SIMD group, given the value of each lane in each factor column, and return the results of the first
-/// `lanes` lanes. Everything is inlined into one function that is compiled for each instruction set, with and without
-/// gas.
+/// `lanes` lanes; with the states of all cells of the first lane if `reads_cells`. Everything is inlined into one
+/// function that is compiled for each instruction set, with and without gas.
 fn march_group<S: Simd, R: Real>(
     plan: &Plan,
     rows: &PlanData<R::Scalar>,
     lanes: usize,
     value: impl Fn(usize, usize) -> f64,
     temperatures_k: &mut [f64],
+    reads_cells: bool,
 ) -> Vec<MemberResult> {
     let columns: Vec<R> = (0..=plan.factors).map(|column| R::from_lanes(|lane| value(lane, column))).collect();
     if plan.gas.is_some() {
         S::invoke(
             #[inline(always)]
-            || march_group_inlined::<R, true>(plan, rows, lanes, &columns, temperatures_k),
+            || march_group_inlined::<R, true>(plan, rows, lanes, &columns, temperatures_k, reads_cells),
         )
     } else {
         S::invoke(
             #[inline(always)]
-            || march_group_inlined::<R, false>(plan, rows, lanes, &columns, temperatures_k),
+            || march_group_inlined::<R, false>(plan, rows, lanes, &columns, temperatures_k, reads_cells),
         )
     }
 }
@@ -315,9 +338,12 @@ fn march_group_inlined<R: Real, const GAS: bool>(
     lanes: usize,
     columns: &[R],
     temperatures_k: &mut [f64],
+    reads_cells: bool,
 ) -> Vec<MemberResult> {
     let (sensors, instants) = (plan.sensor_locations.len(), plan.records);
     let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
+    let reads_cells = GAS && reads_cells;
+    let mut cell_states = vec![0.0; if reads_cells { CELL_QUANTITIES * plan.cells() * instants } else { 0 }];
     let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
     for step in 0..=plan.steps() {
         member.advance(
@@ -336,6 +362,16 @@ fn march_group_inlined<R: Real, const GAS: bool>(
                             gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
                         }
                     }
+                    if reads_cells {
+                        for (ply, row) in plan.plies.iter().enumerate() {
+                            for cell in row.first_cell as usize..row.end_cell as usize {
+                                for (quantity, value) in member.cell_state(ply, cell).into_iter().enumerate() {
+                                    let at = (quantity * plan.cells() + cell) * instants + instant as usize;
+                                    cell_states[at] = value.lane(0);
+                                }
+                            }
+                        }
+                    }
                 }
             },
         );
@@ -349,6 +385,7 @@ fn march_group_inlined<R: Real, const GAS: bool>(
                     .with_gas(member.gas_balance(lane)),
                 extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
                 gauges: gauges[lane * size..(lane + 1) * size].to_vec(),
+                cell_states: if lane == 0 { std::mem::take(&mut cell_states) } else { Vec::new() },
             }
         })
         .collect()

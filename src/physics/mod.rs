@@ -4,6 +4,7 @@
 //! same functions in the same order and do the same operations in the same order. Loops therefore run over indices, as
 //! in the shader.
 
+pub mod cell_state;
 pub mod compensated;
 mod conduction;
 mod darcy_flow;

@@ -203,7 +203,7 @@ pub(super) fn same_depth_m(case: &Case) -> f64 {
 
 /// The cell face at a sensor's depth, and its interpolation: the node of an outer face, else one side of the face or
 /// both.
-fn locate_sensor(
+pub(super) fn locate_sensor(
     cells: &[Cell<f64>],
     plies: &[(usize, usize)],
     faces_m: &[f64],

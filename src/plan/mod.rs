@@ -5,6 +5,7 @@
 //! column of the ensemble, and unscaled quantities refer to column 0, which is one.
 
 mod consistency;
+mod depth_readings;
 mod factor_columns;
 mod forcing;
 mod grid;
@@ -32,6 +33,7 @@ use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
 use crate::traces::Gauge;
 pub use consistency::InconsistentPlan;
+pub use depth_readings::ProfileDepth;
 use factor_columns::{conductivity_columns, factor_column};
 use forcing::Forcing;
 use grid::Grid;
@@ -325,6 +327,16 @@ impl Plan {
     /// Cells through the thickness.
     pub fn cells(&self) -> usize {
         self.data.cells.len()
+    }
+
+    /// Readings of a march: sensors, or depths of a plan with depth readings.
+    pub fn sensors(&self) -> usize {
+        self.sensor_locations.len()
+    }
+
+    /// Gas transport model; `None` without gas.
+    pub fn gas_flow_model(&self) -> Option<GasFlowModel> {
+        self.gas
     }
 
     /// Properties of a state in a table row.

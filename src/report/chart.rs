@@ -7,15 +7,60 @@ mod corner;
 use super::figure::{Axis, Figure, Ink, Layer, Scale, Stroke, diverging_colour, log_ticks, sequential_colour};
 use super::{contour, format};
 use serde_json::{Value, json};
+use std::ops::Range;
 
 /// `{"traces": […], "layout": {…}}`.
 pub(super) fn draw(figure: &Figure) -> Value {
     if let [Layer::CornerPlot { variables, regions }] = figure.layers.as_slice() {
         return corner::draw(variables, regions);
     }
-    let mut traces = Vec::new();
-    let mut shapes = Vec::new();
-    for layer in &figure.layers {
+    let mut parts = ChartParts::default();
+    figure.layers.iter().for_each(|layer| parts.add(figure, layer));
+    let ChartParts { traces, shapes, slider } = parts;
+    let mut layout = layout(figure, &traces, shapes);
+    if let Some(slider) = slider {
+        slider.add_to(&mut layout, traces.len());
+    }
+    json!({"traces": traces, "layout": layout})
+}
+
+/// Traces and shapes of a chart, and its slider.
+#[derive(Default)]
+struct ChartParts {
+    traces: Vec<Value>,
+    shapes: Vec<Value>,
+    slider: Option<Slider>,
+}
+
+/// A slider that shows the traces of one step at a time.
+struct Slider {
+    label: String,
+    names: Vec<String>,
+    shown: usize,
+    /// Traces of each step.
+    traces: Vec<Range<usize>>,
+}
+
+impl Slider {
+    /// Add to the layout of a chart of this many traces. The legend moves above the chart.
+    fn add_to(&self, layout: &mut Value, traces: usize) {
+        let is_of_a_step = |trace: &usize| self.traces.iter().any(|step| step.contains(trace));
+        let step = |(name, own): (&String, &Range<usize>)| {
+            let visible: Vec<bool> = (0..traces).map(|trace| !is_of_a_step(&trace) || own.contains(&trace)).collect();
+            json!({"label": escaped(name), "method": "restyle", "args": [{"visible": visible}]})
+        };
+        layout["sliders"] = json!([{
+            "active": self.shown, "currentvalue": {"prefix": escaped(&self.label), "xanchor": "left"},
+            "pad": {"t": 48, "b": 8}, "len": 1.0, "minorticklen": 0, "ticklen": 4,
+            "steps": self.names.iter().zip(&self.traces).map(step).collect::<Vec<Value>>(),
+        }]);
+        layout["legend"] = json!({"orientation": "h", "x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"});
+    }
+}
+
+impl ChartParts {
+    fn add(&mut self, figure: &Figure, layer: &Layer) {
+        let Self { traces, shapes, .. } = self;
         match layer {
             Layer::Line { name, ink, stroke, x, y } => {
                 traces.push(with_name(
@@ -83,6 +128,17 @@ pub(super) fn draw(figure: &Figure) -> Value {
             Layer::Heatmap { values } => traces.push(heatmap(figure, values)),
             // Drawn by `corner`.
             Layer::CornerPlot { .. } => {}
+            Layer::Steps { label, names, steps, shown } => {
+                let mut ranges = Vec::with_capacity(steps.len());
+                for (step, layers) in steps.iter().enumerate() {
+                    let first = self.traces.len();
+                    layers.iter().for_each(|layer| self.add(figure, layer));
+                    self.traces[first..].iter_mut().for_each(|trace| trace["visible"] = json!(step == *shown));
+                    ranges.push(first..self.traces.len());
+                }
+                let (label, names) = (label.clone(), names.clone());
+                self.slider = Some(Slider { label, names, shown: *shown, traces: ranges });
+            }
             Layer::Contours { name, x, y, values, levels } => {
                 let lines = contour::log_contours(x, y, values, levels);
                 traces
@@ -111,8 +167,6 @@ pub(super) fn draw(figure: &Figure) -> Value {
             }
         }
     }
-    let layout = layout(figure, &traces, shapes);
-    json!({"traces": traces, "layout": layout})
 }
 
 fn layout(figure: &Figure, traces: &[Value], shapes: Vec<Value>) -> Value {
@@ -134,7 +188,7 @@ fn layout(figure: &Figure, traces: &[Value], shapes: Vec<Value>) -> Value {
 fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
     let mut out = json!({
         "title": {"text": escaped(&axis.label), "standoff": 8},
-        "gridcolor": "#dddddd", "linecolor": "#999999", "zerolinecolor": "#999999", "automargin": true,
+        "automargin": true,
     });
     match &axis.scale {
         Scale::Linear => {}

@@ -94,6 +94,14 @@ pub(super) enum Layer {
         variables: Vec<CornerVariable>,
         regions: Vec<DensityRegion>,
     },
+    /// Layers of which one step is shown at a time: a chart has a slider, a static image shows the step `shown`.
+    Steps {
+        /// Before the name of the step.
+        label: String,
+        names: Vec<String>,
+        steps: Vec<Vec<Self>>,
+        shown: usize,
+    },
     /// Box plots: percentiles 2.5, 25, 50, 75, 97.5 at each name of the horizontal axis.
     BoxPlot {
         name: String,
@@ -260,6 +268,10 @@ impl Layer {
             Self::StackedAreas { x, .. } => (span(x), Some((0.0, 100.0))),
             Self::Interval { .. } | Self::Heatmap { .. } | Self::CornerPlot { .. } => (None, None),
             Self::Contours { x, y, .. } => (span(&x.concat()), span(&y.concat())),
+            Self::Steps { steps, .. } => steps.iter().flatten().fold((None, None), |(x, y), layer| {
+                let (across, up) = layer.extent();
+                (union(x, across), union(y, up))
+            }),
             Self::BoxPlot { percentiles, .. } => (None, span(percentiles.as_flattened())),
         }
     }

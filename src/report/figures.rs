@@ -137,10 +137,9 @@ mod tests {
         };
         // Sensors, factors and the case have the names of the paper: the names alone must not cite it.
         assert_eq!(cited(&outcomes), []);
-        outcomes.case.paper_figures =
-            vec![("spread-TC2".to_owned(), vec![10]), ("design-space".to_owned(), vec![22, 23])];
-        let [spread, space] = ["as Figure 10 of the paper", "as Figures 22 and 23 of the paper"].map(str::to_owned);
-        assert_eq!(cited(&outcomes), [("spread-TC2".to_owned(), spread), ("design-space".to_owned(), space)]);
+        outcomes.case.paper_figures = vec![("spread-TC2".to_owned(), vec![10]), ("fit-TC4".to_owned(), vec![30, 31])];
+        let [spread, fit] = ["as Figure 10 of the paper", "as Figures 30 and 31 of the paper"].map(str::to_owned);
+        assert_eq!(cited(&outcomes), [("spread-TC2".to_owned(), spread), ("fit-TC4".to_owned(), fit)]);
     }
 
     #[test]

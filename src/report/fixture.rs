@@ -6,6 +6,7 @@ use crate::case::{Provenance, SourceKind};
 use crate::fit::{DropReason, Dropped};
 use crate::march::{Backend, Precision};
 use crate::study::answers::Answers;
+use crate::study::depth_profiles::{DepthProfiles, ProfileBands, ProfileDepth};
 use crate::study::estimate::ParameterEstimates;
 use crate::study::nominal::{ErrorEstimate, Misfit, Peak, Prediction};
 use crate::study::posterior::Posterior;
@@ -48,6 +49,7 @@ impl StudyFixture {
         answers.seed = is(&["uncertainty"]).then_some(1);
         answers.nominal = is(&["predict", "uncertainty", "sensitivity"]).then(|| self.nominal.clone());
         answers.uncertainty = is(&["uncertainty"]).then(|| self.uncertainty.clone());
+        answers.depth_profiles = is(&[]).then(|| depth_profiles(&self.case));
         answers.sensitivity = is(&["sensitivity"]).then(|| self.sensitivity.clone());
         answers.estimated = is(&["estimate"]).then(|| self.estimated.clone());
         answers.posterior = is(&["estimate"]).then(|| self.posterior.clone());
@@ -281,6 +283,7 @@ fn uncertainty(case: &Case, nominal: &Prediction) -> Uncertainty {
             indices: (0..INSTANTS)
                 .map(|n| causes(&correlations.iter().map(|row| row[n]).collect::<Vec<f64>>()))
                 .collect(),
+            members_k: vec![at(-1.2), at(0.3)],
             simultaneous: SimultaneousBand {
                 low_k: at(-2.7),
                 high_k: at(2.7),
@@ -341,6 +344,34 @@ fn causes(correlations: &[f64]) -> SensitivityIndices {
             PairIndex { factors: (3, 4), index: likely(0.0007) },
         ],
         unexplained: 0.001,
+    }
+}
+
+/// Five profiles that fall exponentially with depth.
+fn depth_profiles(case: &Case) -> DepthProfiles {
+    let (faces_m, back_m) = (case.layup.faces_m(), case.layup.back_m());
+    let tops_m = std::iter::once(case.layup.origin_m).chain(faces_m.iter().copied());
+    let of_ply = |(ply, (top_m, bottom_m)): (usize, (f64, f64))| {
+        (0..=4).map(move |n| ProfileDepth { depth_m: top_m + (bottom_m - top_m) * f64::from(n) / 4.0, ply })
+    };
+    let depths: Vec<ProfileDepth> = tops_m.zip(faces_m.iter().copied()).enumerate().flat_map(of_ply).collect();
+    let at = |time_s: f64, factor: f64| -> Vec<f64> {
+        let heat = factor * 1200.0 * (time_s / 40.0) * (1.0 - time_s / 40.0).exp();
+        depths.iter().map(|depth| 300.0 + heat * (-4.0 * depth.depth_m / back_m).exp()).collect()
+    };
+    let instants_s = vec![0.0, 20.0, 40.0, 80.0, 160.0];
+    let profiles = |factor| instants_s.iter().map(|&time_s| at(time_s, factor)).collect();
+    DepthProfiles {
+        nominal_k: profiles(1.0),
+        nominal_maximum_k: at(40.0, 1.0),
+        bands: Some(ProfileBands {
+            members: 1000,
+            percentiles_k: [0.9, 1.0, 1.1].map(profiles),
+            maximum_percentiles_k: [0.9, 1.0, 1.1].map(|factor| at(40.0, factor)),
+        }),
+        cell_states: None,
+        instants_s,
+        depths,
     }
 }
 

@@ -7,6 +7,7 @@
 mod chart;
 mod contour;
 mod coverage_study;
+mod depth_profiles;
 mod estimate;
 mod figure;
 mod figures;
@@ -178,13 +179,15 @@ pub fn write(answers: &Answers, folder: &OutputFolder) -> Result<Vec<PathBuf>, R
         let still = svg::draw(figure).map_err(|message| ReportError::Figure { id: figure.id.clone(), message })?;
         stills.push(still);
     }
-    let page = html::page(answers, &figures, &stills);
     let mut files: Vec<(String, Vec<u8>)> = tables::all(answers)?;
-    for ((_, figure), still) in figures.iter().zip(stills) {
-        files.push((format!("figures/{}.svg", figure.id), still.into_bytes()));
+    for ((_, figure), still) in figures.iter().zip(&stills) {
+        files.push((format!("figures/{}.svg", figure.id), still.as_bytes().to_vec()));
     }
-    files.push(("report.html".to_owned(), page.into_bytes()));
+    files.push(("report.html".to_owned(), Vec::new()));
     let names: Vec<String> = files.iter().map(|(name, _)| name).chain(folder.reserved()).cloned().collect();
+    if let Some((_, page)) = files.last_mut() {
+        *page = html::page(answers, &figures, &stills, &names).into_bytes();
+    }
     let summary = summary_json::summary(answers, began.elapsed().as_secs_f64(), &names)?;
     files.push((files::SUMMARY.to_owned(), summary.into_bytes()));
     folder.write(&files)

@@ -101,6 +101,7 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
     let each = [
         shown(&answers.nominal),
         shown(&answers.uncertainty),
+        shown(&answers.depth_profiles),
         shown(&answers.sensitivity),
         // Includes the posterior and the model comparison.
         shown(&answers.estimated),

@@ -41,6 +41,7 @@ use crate::study::coverage_study::coverage_study;
 use crate::study::coverage_study::{CoverageDesign, CoverageStudy};
 #[cfg(feature = "serde")]
 use crate::study::coverage_study::{DataSetFit, coverage_study_from, kept_fits::KeptFits};
+use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
 use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use crate::study::flux_inversion::{FluxInversion, invert_flux};
 #[cfg(feature = "serde")]
@@ -89,6 +90,7 @@ pub struct Session {
     pool: Option<ThreadPool>,
     marches: Vec<OpenMarch>,
     opening: OpeningTime,
+    depth_profiles: Option<ProfileInstants>,
     answers: Option<Answers>,
 }
 
@@ -140,7 +142,8 @@ impl Session {
         let plan_s = began.elapsed().as_secs_f64();
         let options = options.clone();
         let opening = OpeningTime::default();
-        let mut session = Self { case, plan, options, pool, marches: Vec::new(), opening, answers: None };
+        let (marches, depth_profiles, answers) = (Vec::new(), None, None);
+        let mut session = Self { case, plan, options, pool, marches, opening, depth_profiles, answers };
         // A named device that cannot be opened fails here. With `auto`, each study chooses by its number of members.
         session.open_march(1, session.options.precision)?;
         session.opening = OpeningTime { total: began.elapsed(), plan_s };
@@ -162,12 +165,31 @@ impl Session {
         self.answers.as_ref()
     }
 
+    /// The profiles through the thickness that [`predict`](Self::predict), [`uncertainty`](Self::uncertainty) and
+    /// [`study`](Self::study) add to their answers from now on; `None`: no profiles.
+    ///
+    /// # Errors
+    /// When an instant is outside the exposure, or there are none or too many.
+    pub fn set_depth_profiles(&mut self, instants: Option<ProfileInstants>) -> Result<(), SessionError> {
+        if let Some(instants) = &instants {
+            instants
+                .check(&self.case)
+                .map_err(|message| InputError::for_option("depth_profiles", format!(": {message}")))?;
+        }
+        self.depth_profiles = instants;
+        Ok(())
+    }
+
     /// Temperatures and heat balance at nominal factors, compared with the observations.
     ///
     /// # Errors
     /// When the device fails or the march is cancelled.
     pub fn predict(&mut self) -> Result<Prediction, SessionError> {
-        self.run("predict", self.case.clone(), 1, |study| study.predict())
+        self.run("predict", self.case.clone(), 1, |study| {
+            let found = study.predict()?;
+            study.depth_profiles(None)?;
+            Ok(found)
+        })
     }
 
     /// A Monte Carlo sweep over the factors: percentiles of temperatures, and sensitivity indices of the factors.
@@ -193,7 +215,11 @@ impl Session {
         options.check(&self.case)?;
         self.run("uncertainty", self.case.clone(), options.members, |study| {
             study.predict()?;
-            study.uncertainty(options, members)
+            let found = study.uncertainty(options, members)?;
+            if !found.is_partial() {
+                study.depth_profiles(Some(options))?;
+            }
+            Ok(found)
         })
     }
 
@@ -278,6 +304,7 @@ impl Session {
                 study.answers.not_estimated = Some("the sweep was stopped".to_owned());
                 return Ok(());
             }
+            study.depth_profiles(Some(&options.sweep))?;
             study.sensitivity(&SensitivityOptions::default())?;
             if not_estimated.is_none() {
                 study.estimate(&options.fit, options.posterior.as_ref())?;
@@ -467,6 +494,7 @@ impl Session {
         let now = Instant::now();
         let began = now.checked_sub(opening.total).unwrap_or(now);
         let (tolerance_k, command_line) = (self.options.tolerance_k, self.options.command_line.clone());
+        let depth_profiles = self.depth_profiles.clone();
         #[cfg(feature = "serde")]
         let checkpoint = self.options.checkpoint.clone();
         let (answer, answers) = self.with_march(members, self.options.precision, |plan, march| {
@@ -480,6 +508,7 @@ impl Session {
                 plan,
                 march,
                 tolerance_k,
+                depth_profiles,
                 #[cfg(feature = "serde")]
                 checkpoint,
                 answers,
@@ -528,6 +557,7 @@ struct RunningStudy<'a> {
     plan: &'a Plan,
     march: &'a mut MonitoredMarch,
     tolerance_k: Option<f64>,
+    depth_profiles: Option<ProfileInstants>,
     #[cfg(feature = "serde")]
     checkpoint: Option<Checkpoint>,
     answers: Answers,
@@ -554,6 +584,21 @@ impl RunningStudy<'_> {
         self.answers.seed = Some(options.seed);
         self.answers.uncertainty = Some(found.clone());
         Ok(found)
+    }
+
+    /// Profiles through the thickness, if the session has them; with bands over the members of a sweep.
+    fn depth_profiles(&mut self, sweep: Option<&UncertaintyOptions>) -> Result<(), SessionError> {
+        let Some(instants) = &self.depth_profiles else { return Ok(()) };
+        let sweep = sweep.map(UncertaintyOptions::sweep);
+        let found = depth_profiles(&self.answers.case, self.plan, instants, sweep.as_ref(), &self.march.monitor());
+        match found {
+            // The sweep is complete, and its answer is not thrown away.
+            Err(MarchError::Stopped) if sweep.is_some() => {
+                self.answers.run.remarks.push("stopped before the profiles through the thickness".to_owned());
+            }
+            found => self.answers.depth_profiles = found?,
+        }
+        Ok(())
     }
 
     /// Statistics of some members of a sweep.

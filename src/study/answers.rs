@@ -1,6 +1,7 @@
 //! The results of one question about a case, which a session returns and a report shows.
 
 use super::coverage_study::CoverageStudy;
+use super::depth_profiles::DepthProfiles;
 use super::estimate::ParameterEstimates;
 use super::flux_inversion::FluxInversion;
 use super::model_comparison::ModelComparison;
@@ -38,6 +39,8 @@ pub struct Answers {
     pub nominal: Option<Prediction>,
     /// The Monte Carlo sweep.
     pub uncertainty: Option<Uncertainty>,
+    /// Profiles through the thickness.
+    pub depth_profiles: Option<DepthProfiles>,
     /// The derivatives.
     pub sensitivity: Option<Sensitivity>,
     /// The estimate.
@@ -68,6 +71,7 @@ impl Answers {
             run,
             nominal: None,
             uncertainty: None,
+            depth_profiles: None,
             sensitivity: None,
             estimated: None,
             not_estimated: None,

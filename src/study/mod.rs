@@ -4,6 +4,7 @@ pub mod answers;
 #[cfg(feature = "serde")]
 pub(crate) mod checksum;
 pub mod coverage_study;
+pub mod depth_profiles;
 pub mod estimate;
 pub mod flux_inversion;
 #[cfg(feature = "serde")]

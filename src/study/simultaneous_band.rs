@@ -175,6 +175,17 @@ impl TraceCoverage {
         self.stored.iter().all(|(&member, quanta)| member < most && quanta.len() == width).then_some(self)
     }
 
+    /// Traces of a sensor of the first stored members, at most `count`, K.
+    pub(super) fn first_traces_k(&self, sensor: usize, count: usize) -> Vec<Vec<f64>> {
+        let instants = self.nominal_k.len() / self.sensors.max(1);
+        let range = sensor * instants..(sensor + 1) * instants;
+        let trace = |quanta: &Vec<i32>| {
+            let each = quanta[range.clone()].iter().zip(&self.nominal_k[range.clone()]);
+            each.map(|(&quanta, nominal_k)| nominal_k + f64::from(quanta) / QUANTA_PER_K).collect()
+        };
+        self.stored.values().take(count).map(trace).collect()
+    }
+
     /// The simultaneous band of a sensor at a ratio to the envelope, and the coverage of it and of the pointwise band.
     pub(super) fn band(&self, sensor: usize, stretch: f64, pointwise_k: [&[f64]; 2]) -> SimultaneousBand {
         let instants = pointwise_k[0].len();

@@ -71,6 +71,8 @@ pub struct Spread {
     pub percentiles_k: [Vec<f64>; 5],
     /// Sensitivity indices of the temperature, one per instant.
     pub indices: Vec<SensitivityIndices>,
+    /// Traces of the first members that completed, at most [`SHOWN_MEMBERS`], K.
+    pub members_k: Vec<Vec<f64>>,
     /// The simultaneous band of whole traces, and the coverage of the pointwise percentiles.
     pub simultaneous: SimultaneousBand,
 }
@@ -120,6 +122,9 @@ impl Sweep {
         Ensemble::sample(&case.factors, self.bounds, &self.sampling, self.members).correlated(&case.correlation)
     }
 }
+
+/// Members of which an answer has the traces: more lines hide each other.
+pub const SHOWN_MEMBERS: usize = 30;
 
 /// Percentiles of every distribution.
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
@@ -291,6 +296,7 @@ impl SweepStatistics {
                 low_k: over(sensor, &|output| accumulator.min(output)),
                 high_k: over(sensor, &|output| accumulator.max(output)),
                 percentiles_k,
+                members_k: self.traces.first_traces_k(sensor, SHOWN_MEMBERS),
                 indices: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
                 simultaneous: whole,
             }

@@ -303,3 +303,53 @@ fn screen_summary_and_traces_agree_on_the_mass_lost_and_omit_it_without_decompos
     let page = scratch.read("out/c/predict/report.html");
     assert!(page.contains("Decomposition and gas</h2>") && page.contains("<p>Mass balance: "));
 }
+
+/// Rows of a table: cells by column.
+fn table(text: &str) -> Vec<Vec<String>> {
+    text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn profiles_pass_through_the_sensors_and_have_bands_around_the_nominal_temperature() {
+    let scratch = with_case("profiles");
+    run(&scratch, "uncertainty c -n 80 --depth-profiles 20s --quiet").succeeded();
+    let profiles = table(&scratch.read("out/c/uncertainty/depth-profiles.csv"));
+    let traces = table(&scratch.read("out/c/uncertainty/traces.csv"));
+    let at_20_s = traces.iter().find(|row| row[0] == "20").expect("an instant");
+    let number = |cell: &String| cell.parse::<f64>().expect("a number");
+    let at = |kind: &str, depth_m: f64| -> Vec<&Vec<String>> {
+        profiles.iter().filter(|row| row[0] == kind && (number(&row[2]) - depth_m).abs() < 1e-9).collect()
+    };
+    let [above, below] = at("instant", 0.5e-3)[..] else { panic!("two sides of the interface") };
+    assert_eq!((above[3].as_str(), below[3].as_str()), ("TOP", "BASE"));
+    // The sensor at the interface is the mean of its sides; a trace has nine digits.
+    assert!((0.5 * (number(&above[4]) + number(&below[4])) - number(&at_20_s[1])).abs() < 1e-5);
+    assert!(number(&above[4]) - number(&below[4]) > 1.0, "no jump at the contact");
+    let [inside] = at("instant", 2e-3)[..] else { panic!("the depth of TC2") };
+    assert!((number(&inside[4]) - number(&at_20_s[2])).abs() < 1e-5);
+    let [highest] = at("maximum", 2e-3)[..] else { panic!("the maximum at the depth of TC2") };
+    let peak = traces.iter().map(|row| number(&row[2])).fold(0.0, f64::max);
+    assert!((number(&highest[4]) - peak).abs() < 1e-5);
+    for row in &profiles {
+        let [low, median, high] = [5, 6, 7].map(|column| number(&row[column]));
+        assert!(low <= median && median <= high, "{row:?}");
+    }
+    assert!(number(&inside[5]) < number(&inside[4]) && number(&inside[4]) < number(&inside[7]), "{inside:?}");
+}
+
+#[test]
+fn wrong_times_of_profiles_are_refused_and_nothing_is_written() {
+    let scratch = with_case("profile-times");
+    for (times, message) in [
+        ("50s", "expected times from 0 s to 40 s, found 50 s"),
+        ("0", "at least 1 instant"),
+        ("1000", "at most 200 instants of profiles through the thickness, found 1,000"),
+        ("10K", "--depth-profiles \"10K\""),
+    ] {
+        let ran = run(&scratch, &format!("predict c --depth-profiles {times}"));
+        assert!(ran.code == 2 && ran.stderr.contains(message), "{times}: {}", ran.stderr);
+    }
+    let ran = run(&scratch, "uncertainty c -n 80 --members 0..40 --depth-profiles 5");
+    assert!(ran.code == 2 && ran.stderr.contains("--depth-profiles"), "{}", ran.stderr);
+    assert!(!scratch.path().join("out").exists());
+}

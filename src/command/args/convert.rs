@@ -2,12 +2,12 @@
 
 use crate::command::args::{
     BackendArg, BoundsArg, DerivativeArg, FitArgs, HistoryArgs, MarchArgs, MinimiserArg, ObservationArgs,
-    PosteriorArgs, PrecisionArg, PriorArg, SamplingArg, SizeArgs, SweepArgs,
+    PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
 use bondline::case::unit::{Dimension, parse_quantity};
-use bondline::case::{Bounds, LossFunction};
+use bondline::case::{Bounds, Case, LossFunction};
 use bondline::ensemble::{self, Sampling};
 use bondline::fit::DampingStrategy;
 use bondline::march::Precision;
@@ -16,6 +16,7 @@ use bondline::session::{
     Derivatives, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions, SizeOptions, Start,
     UncertaintyOptions,
 };
+use bondline::study::depth_profiles::ProfileInstants;
 use bondline::study::estimate::PAPER_RULES;
 use bondline::study::flux_inversion::{HeatingQuantity, Smoothing};
 use bondline::study::posterior::Walkers;
@@ -158,6 +159,20 @@ pub(crate) fn sweep(sweep: &SweepArgs) -> UncertaintyOptions {
     let Sampling { kind, seed } = sampling(sweep);
     let bounds = sweep.sampling_bounds.map_or(Bounds::Small, bounds);
     UncertaintyOptions { members: sweep.members, sampling: kind, seed, bounds }
+}
+
+/// The times of profiles through the thickness, checked for a case.
+pub(crate) fn depth_profiles(profiles: &ProfileArgs, case: &Case) -> Result<Option<ProfileInstants>, Failure> {
+    let Some(text) = profiles.depth_profiles.as_deref() else { return Ok(None) };
+    let instants = match text.trim().parse::<usize>() {
+        Ok(count) => ProfileInstants::Even(count),
+        Err(_) => {
+            let time = |text| dimensional(text, Dimension::Time, "--depth-profiles");
+            ProfileInstants::Times(text.split(',').map(time).collect::<Result<_, _>>()?)
+        }
+    };
+    instants.check(case).map_err(|message| input(format!("--depth-profiles {text:?}: {message}")))?;
+    Ok(Some(instants))
 }
 
 pub(crate) fn observations(data: &ObservationArgs) -> Result<ObservationSelection, Failure> {

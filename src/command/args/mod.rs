@@ -47,7 +47,12 @@ pub(crate) enum Command {
     Init(InitArgs),
     /// Temperatures and heat balance at nominal factors, compared with the observations
     #[command(after_long_help = examples::PREDICT)]
-    Predict(CaseArgs),
+    Predict {
+        #[command(flatten)]
+        case: CaseArgs,
+        #[command(flatten)]
+        profiles: ProfileArgs,
+    },
     /// Prediction intervals and sensitivity indices of the factors, by Monte Carlo sampling
     #[command(after_long_help = examples::UNCERTAINTY)]
     Uncertainty {
@@ -57,11 +62,13 @@ pub(crate) enum Command {
         sweep: SweepArgs,
         #[command(flatten)]
         resume: ResumeArgs,
+        #[command(flatten)]
+        profiles: ProfileArgs,
         /// Write a Parquet file with every member
         #[arg(long, value_enum)]
         keep: Option<KeepArg>,
         /// Run only members A to B-1 of the -n drawn, and write their statistics to a file for `merge`
-        #[arg(long = "members", value_name = "A..B", conflicts_with_all = ["json", "max_failed"])]
+        #[arg(long = "members", value_name = "A..B", conflicts_with_all = ["json", "max_failed", "depth_profiles"])]
         part: Option<String>,
         /// Run only piece K of N equal ones, from 1, unless its file is there; in a Slurm job array N is enough
         #[arg(long, value_name = "K/N", conflicts_with_all = ["json", "max_failed", "part"])]
@@ -116,6 +123,8 @@ pub(crate) enum Command {
         sweep: SweepArgs,
         #[command(flatten)]
         resume: ResumeArgs,
+        #[command(flatten)]
+        profiles: ProfileArgs,
         #[command(flatten)]
         data: ObservationArgs,
         #[command(flatten)]
@@ -234,6 +243,14 @@ pub(crate) struct CaseArgs {
     pub limit_time: Option<String>,
     #[command(flatten)]
     pub march: MarchArgs,
+}
+
+/// Profiles through the thickness.
+#[derive(Debug, Args)]
+pub(crate) struct ProfileArgs {
+    /// Profiles through the thickness at these times, as "10s,40s", or at a number of evenly spaced times
+    #[arg(long, value_name = "TIMES")]
+    pub depth_profiles: Option<String>,
 }
 
 /// The device, the precision, and changes to the case.

@@ -23,8 +23,7 @@ pub(super) fn draw(variables: &[CornerVariable], regions: &[DensityRegion]) -> V
             |place: usize| [place as f64 / count as f64 + GAP / 2.0, (place + 1) as f64 / count as f64 - GAP / 2.0];
         let (x, y) = (&variables[column], &variables[row]);
         let (below, left) = (row + 1 == count, column == 0 && row > 0);
-        let base =
-            json!({"gridcolor": "#dddddd", "linecolor": "#999999", "zeroline": false, "mirror": true, "nticks": 6});
+        let base = json!({"zeroline": false, "mirror": true, "nticks": 6});
         let mut across = base.clone();
         across["domain"] = json!(span(column));
         across["anchor"] = json!(format!("y{name}"));

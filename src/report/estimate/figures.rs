@@ -10,7 +10,7 @@ use crate::report::format;
 use crate::report::format::clause;
 use crate::study::answers::Answers;
 use crate::study::estimate::{CaseFit, Landscape, NODES, ParameterEstimates};
-use crate::study::nominal::Misfit;
+use crate::study::nominal::{Misfit, Prediction};
 
 pub(super) fn figures(answers: &Answers, outcome: &ParameterEstimates) -> Vec<Figure> {
     let (mut figures, mut validation) = (Vec::new(), Vec::new());
@@ -19,9 +19,12 @@ pub(super) fn figures(answers: &Answers, outcome: &ParameterEstimates) -> Vec<Fi
             let place = fitted.sensors.iter().position(|&sensor| sensor == seen.sensor);
             let list = if place.is_some() { &mut figures } else { &mut validation };
             list.push(fit(answers, case, fitted, seen, place.map(|place| &fitted.misfits[place])));
+            let window_s = case.window_s(seen.sensor);
+            let is_part = window_s != (0.0, case.exposure.duration_s);
+            list.extend((place.is_some() && is_part).then(|| fit_in_window(answers, case, fitted, seen, window_s)));
         }
     }
-    figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(outcome, landscape)));
+    figures.extend(outcome.landscape.iter().flat_map(|landscape| design_space(outcome, landscape)));
     figures.extend(profile::figures(outcome));
     figures.push(objective_by_iteration(outcome));
     figures.extend(answers.fits(outcome).map(|(case, fitted)| residuals(answers, case, outcome, fitted)));
@@ -85,7 +88,47 @@ fn fit(
     }
 }
 
-fn design_space(outcome: &ParameterEstimates, landscape: &Landscape) -> Figure {
+/// One fitted sensor in its data window alone.
+fn fit_in_window(
+    answers: &Answers,
+    case: &Case,
+    fitted: &CaseFit,
+    seen: &Observation,
+    (from_s, to_s): (f64, f64),
+) -> Figure {
+    let name = &answers.sensor_name(case, seen.sensor);
+    let inside = |times_s: &[f64], values: &[f64]| -> (Vec<f64>, Vec<f64>) {
+        let pairs = times_s.iter().zip(values).filter(|(time_s, _)| (from_s..=to_s).contains(*time_s));
+        pairs.map(|(&time_s, &value)| (time_s, value)).unzip()
+    };
+    let trace = |label: &str, ink: Ink, stroke: Stroke, march: &Prediction| {
+        let (x, y) = inside(&march.instants_s, &march.temperatures_k[seen.sensor]);
+        line(label.to_owned(), ink, stroke, &x, &y)
+    };
+    let (times_s, temperatures_k) = inside(&seen.times_s, &seen.temperatures_k);
+    let (_, sigma_k) = inside(&seen.times_s, &seen.sigma_k);
+    let samples = Observation { times_s, temperatures_k, sigma_k, ..seen.clone() };
+    Figure {
+        id: file_name("fit-window", name),
+        paper_reference: String::new(),
+        title: format!("{name} in the data window"),
+        caption: format!(
+            "The part of the traces that the estimate uses, from {} to {}.",
+            format::seconds(from_s),
+            format::seconds(to_s)
+        ),
+        x: Axis::linear("Time, s").with_range(from_s, to_s),
+        y: temperature_axis(),
+        layers: vec![
+            trace("nominal", Ink::Guide, Stroke::Dashed, &fitted.before),
+            trace("estimated", Ink::Series(0), Stroke::Solid, &fitted.after),
+            measured("measured".to_owned(), Ink::Measured, &samples),
+        ],
+    }
+}
+
+/// The objective over the two factors, alone and with the iterations.
+fn design_space(outcome: &ParameterEstimates, landscape: &Landscape) -> [Figure; 2] {
     let names = names(outcome);
     let axis = |index: usize| {
         let (low, high) = outcome.factors.get(index).map_or((0.0, 1.0), |factor| factor.bounds);
@@ -96,14 +139,15 @@ fn design_space(outcome: &ParameterEstimates, landscape: &Landscape) -> Figure {
     };
     let (x, y) = (visited(0), visited(1));
     let last = |values: &[f64]| -> Vec<f64> { values.last().copied().into_iter().collect() };
-    let layers = vec![
-        Layer::Contours {
-            name: "objective S".to_owned(),
-            x: landscape.x.clone(),
-            y: landscape.y.clone(),
-            values: landscape.objective.clone(),
-            levels: contour_levels(&landscape.objective),
-        },
+    let contours = Layer::Contours {
+        name: "objective S".to_owned(),
+        x: landscape.x.clone(),
+        y: landscape.y.clone(),
+        values: landscape.objective.clone(),
+        levels: contour_levels(&landscape.objective),
+    };
+    let path = vec![
+        contours.clone(),
         Layer::Line {
             name: "iterations".to_owned(),
             ink: Ink::Measured,
@@ -115,21 +159,32 @@ fn design_space(outcome: &ParameterEstimates, landscape: &Landscape) -> Figure {
         Layer::Points { name: "estimate".to_owned(), ink: Ink::Series(1), x: last(&x), y: last(&y), error: Vec::new() },
     ];
     let minima = landscape.minima().len();
-    Figure {
-        id: "design-space".to_owned(),
+    let figure = |id: &str, title: &str, caption: String, layers: Vec<Layer>| Figure {
+        id: id.to_owned(),
         paper_reference: String::new(),
-        title: "Objective over the two factors, with the iterations".to_owned(),
-        caption: format!(
+        title: title.to_owned(),
+        caption,
+        x: axis(0),
+        y: axis(1),
+        layers,
+    };
+    let surface = figure(
+        "design-space",
+        "Objective over the two factors",
+        format!(
             "Contours of the objective S, which has {} within the bounds. A long narrow valley means that the data \
              determine a combination of the two factors better than either factor. {} Residuals are interpolated with \
              their derivatives between {NODES} × {NODES} marched pairs of factors.",
             format::counted_irregular(minima, "minimum", "minima"),
             objective_definition(outcome)
         ),
-        x: axis(0),
-        y: axis(1),
-        layers,
-    }
+        vec![contours],
+    );
+    let walk = format!(
+        "The same with the start and {}.",
+        format::counted(outcome.iterations.len().saturating_sub(1), "iteration")
+    );
+    [surface, figure("design-space-path", "Iterations over the objective", walk, path)]
 }
 
 /// Twelve levels in equal ratios over at most four decades: without noise the minimum is a rounding error, and levels

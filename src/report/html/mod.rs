@@ -4,6 +4,7 @@
 //! the build), and as a static SVG image for print and for browsers without scripts.
 
 mod case;
+mod files;
 mod provenance;
 mod sections;
 pub(super) mod table;
@@ -17,12 +18,18 @@ use table::{escaped, list, paragraph};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const THEME_SCRIPT: &str = include_str!("theme.js");
 const PLOTLY: &str = include_str!("vendor/plotly-cartesian.min.js.gz.base64");
 const PLOTLY_LICENSE: &str = include_str!("vendor/LICENSE");
 
-/// The page as HTML; `stills` are the figures as SVG.
-pub(super) fn page(answers: &Answers, figures: &[(&'static str, Figure)], stills: &[String]) -> String {
-    let sections = sections::all(answers, figures, stills);
+/// The page as HTML; `stills` are the figures as SVG, `files` the names of all files of the report.
+pub(super) fn page(
+    answers: &Answers,
+    figures: &[(&'static str, Figure)],
+    stills: &[String],
+    files: &[String],
+) -> String {
+    let sections = sections::all(answers, figures, stills, files);
     let links: String =
         sections.iter().map(|section| format!("<a href=\"#{}\">{}</a>\n", section.anchor, section.title)).collect();
     let body: String = sections
@@ -34,10 +41,11 @@ pub(super) fn page(answers: &Answers, figures: &[(&'static str, Figure)], stills
     format!(
         "<!DOCTYPE html>\n<html lang=\"en-GB\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n\
+         <title>{title}</title>\n<script>\n{THEME_SCRIPT}</script>\n<style>\n{STYLE}</style>\n\
          <noscript><style>.chart {{ display: none; }} .still {{ display: block; }}</style></noscript>\n\
          </head>\n<body>\n\
-         {header}<nav aria-label=\"Sections\">\n{links}</nav>\n<main>\n{summary}{body}</main>\n\
+         {header}<nav aria-label=\"Sections\">\n{links}\
+         <button type=\"button\" id=\"theme\" hidden></button>\n</nav>\n<main>\n{summary}{body}</main>\n\
          {plotly}\n<script type=\"application/json\" id=\"charts\">{charts}</script>\n\
          <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         title = escaped(&format!("{}: {}", answers.name(), answers.question)),
@@ -144,7 +152,7 @@ mod tests {
         let answers = outcomes.answers("study");
         let figures = figures::in_sections(&answers);
         let stills: Vec<String> = figures.iter().map(|(_, figure)| svg::draw(figure).expect("it draws")).collect();
-        page(&answers, &figures, &stills)
+        page(&answers, &figures, &stills, &["traces.csv".to_owned(), "figures/nominal.svg".to_owned()])
     }
 
     /// The page without plotly.js, which contains URLs that it does not load.
@@ -192,6 +200,46 @@ mod tests {
         }
         assert!(shared.len() < traces, "{} arrays of {traces} traces", shared.len());
         assert!((1..shared.len()).all(|place| !shared[..place].contains(&shared[place])));
+    }
+
+    /// Relative luminance of WCAG 2 of `#rrggbb`.
+    fn luminance(colour: &str) -> f64 {
+        let part = |at: usize| {
+            let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).expect("a hexadecimal number")) / 255.0;
+            if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5)
+    }
+
+    fn contrast(one: &str, other: &str) -> f64 {
+        let (one, other) = (luminance(one), luminance(other));
+        (one.max(other) + 0.05) / (one.min(other) + 0.05)
+    }
+
+    /// The colours of a block of the style sheet.
+    fn colours(head: &str) -> impl Fn(&str) -> String {
+        let (_, rest) = STYLE.split_once(head).expect("a block of colours");
+        let (block, _) = rest.split_once('}').expect("it ends");
+        move |name: &str| {
+            let value = block.split(&format!("--{name}: ")).nth(1).and_then(|rest| rest.split(';').next());
+            value.unwrap_or_else(|| panic!("no --{name} in {head}")).to_owned()
+        }
+    }
+
+    /// WCAG 2: 4.5 for text of normal size.
+    #[test]
+    fn text_of_the_light_and_of_the_dark_page_has_a_contrast_of_at_least_4_5() {
+        assert!((contrast("#000000", "#ffffff") - 21.0).abs() < 1e-9);
+        assert!(contrast("#888888", "#ffffff") < 4.5);
+        for head in [":root {", ":root[data-theme=\"dark\"] {"] {
+            let colour = colours(head);
+            for text in ["ink", "soft", "blue", "warn"] {
+                for ground in ["paper", "wash", "warn-wash"] {
+                    let found = contrast(&colour(text), &colour(ground));
+                    assert!(found >= 4.5, "{head} --{text} on --{ground}: {found:.2}");
+                }
+            }
+        }
     }
 
     #[test]

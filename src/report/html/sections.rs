@@ -1,6 +1,7 @@
-//! The sections of the page: those of every result with their figures, then the case and the methods.
+//! The sections of the page: those of every result with their figures, then the case, the methods and the files.
 
 use super::case;
+use super::files;
 use super::provenance::provenance;
 use super::table::{escaped, paragraph};
 use crate::case::Case;
@@ -9,7 +10,12 @@ use crate::report::reportable::{self, Section};
 use crate::study::answers::Answers;
 
 /// The sections in reading order; figures follow the content of their section.
-pub(super) fn all(answers: &Answers, figures: &[(&'static str, Figure)], stills: &[String]) -> Vec<Section> {
+pub(super) fn all(
+    answers: &Answers,
+    figures: &[(&'static str, Figure)],
+    stills: &[String],
+    files: &[String],
+) -> Vec<Section> {
     let mut sections: Vec<Section> =
         reportable::in_reading_order(answers).iter().flat_map(|answer| answer.sections(answers)).collect();
     sections.push(if answers.other_cases.is_empty() {
@@ -20,6 +26,7 @@ pub(super) fn all(answers: &Answers, figures: &[(&'static str, Figure)], stills:
     });
     sections.push(Section::new("method", "Method", case::methods(answers)));
     sections.push(Section::new("provenance", "Provenance", provenance(answers)));
+    sections.push(Section::new("files", "Files", files::table_of(files)));
     for section in &mut sections {
         let own = figures.iter().zip(stills).enumerate().filter(|(_, ((anchor, _), _))| *anchor == section.anchor);
         let html: String = own

@@ -20,10 +20,10 @@ enum LegendSymbol {
     Patch(f64),
 }
 
-/// Legend of a figure, top to bottom; stacked areas in the order of the chart, the last on top.
-pub(super) fn legend(figure: &Figure) -> Vec<LegendEntry> {
+/// Legend of layers, top to bottom; stacked areas in the order of the chart, the last on top.
+pub(super) fn legend(layers: &[Layer]) -> Vec<LegendEntry> {
     let mut entries = Vec::new();
-    for layer in &figure.layers {
+    for layer in layers {
         match layer {
             Layer::Line { name, ink, stroke, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Line(*stroke))),
             Layer::Points { name, ink, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Dot)),
@@ -48,6 +48,7 @@ pub(super) fn legend(figure: &Figure) -> Vec<LegendEntry> {
                     });
                 }
             }
+            Layer::Steps { steps, shown, .. } => entries.extend(legend(&steps[*shown])),
             Layer::Heatmap { .. } | Layer::CornerPlot { .. } => {}
         }
     }
@@ -164,6 +165,11 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
         Layer::Heatmap { values } => heatmap(values, chart)?,
         // Drawn by `corner`.
         Layer::CornerPlot { .. } => {}
+        Layer::Steps { steps, shown, .. } => {
+            for layer in &steps[*shown] {
+                draw(layer, figure, chart)?;
+            }
+        }
         Layer::Contours { x, y, values, levels, .. } => {
             for (place, lines) in contour::log_contours(x, y, values, levels).into_iter().enumerate() {
                 let style = level_colour(place, levels.len()).stroke_width(px(1) + UNITS_PER_PIXEL / 2);

@@ -45,7 +45,7 @@ pub(super) fn draw(figure: &Figure) -> Result<String, String> {
 
 fn compose(figure: &Figure, root: &Area) -> DrawResult {
     root.fill(&WHITE)?;
-    let entries = layers::legend(figure);
+    let entries = layers::legend(&figure.layers);
     let width = WIDTH - if entries.is_empty() { 20 } else { LEGEND_WIDTH };
     let (plot, side) = root.split_horizontally(px(width));
     let title = ("sans-serif", f64::from(px(17)) * 1.24, FontStyle::Bold).into_text_style(root).color(&TEXT_COLOUR);

@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::report::figure::{Axis, Figure, Ink, Layer, StackedArea, Stroke};
 use crate::report::figures::{
-    CONSTANT_K, data_window, file_name, line, nearest_index, temperature_axis, thinned, time_axis,
+    CONSTANT_K, data_window, file_name, line, measured, nearest_index, temperature_axis, thinned, time_axis,
 };
 use crate::report::format;
 use crate::study::nominal::Prediction;
@@ -38,6 +38,16 @@ fn temperature_bands(case: &Case, outcome: &Uncertainty, nominal: Option<&Predic
     let mut layers: Vec<Layer> = data_window(case, sensor, "data window").into_iter().collect();
     layers.push(band("95 % pointwise", 0.18, low, high));
     layers.push(band("50 % pointwise", 0.38, quarter, three_quarters));
+    // One layer for all members, with gaps between them.
+    let members = &outcome.spreads[sensor].members_k;
+    let joined = |trace: &[f64]| -> Vec<f64> { thinned(trace).into_iter().chain([f64::NAN]).collect() };
+    layers.push(Layer::Line {
+        name: format::counted(members.len(), "member"),
+        ink: Ink::Guide,
+        stroke: Stroke::Hairline,
+        x: members.iter().flat_map(|_| joined(times)).collect(),
+        y: members.iter().flat_map(|trace| joined(trace)).collect(),
+    });
     let whole = &outcome.spreads[sensor].simultaneous;
     layers.push(line("95 % simultaneous".to_owned(), Ink::Series(0), Stroke::Thin, times, &whole.low_k));
     layers.push(line(String::new(), Ink::Series(0), Stroke::Thin, times, &whole.high_k));
@@ -46,6 +56,8 @@ fn temperature_bands(case: &Case, outcome: &Uncertainty, nominal: Option<&Predic
         let trace = &nominal.temperatures_k[sensor];
         layers.push(line("nominal".to_owned(), Ink::Series(1), Stroke::Dashed, &nominal.instants_s, trace));
     }
+    let seen = case.observations.iter().find(|seen| seen.sensor == sensor);
+    layers.extend(seen.map(|seen| measured("measured".to_owned(), Ink::Measured, seen)));
     let peak = &outcome.peaks[sensor];
     Figure {
         id: file_name("spread", name),
@@ -53,9 +65,9 @@ fn temperature_bands(case: &Case, outcome: &Uncertainty, nominal: Option<&Predic
         title: format!("{name}: predicted temperature with 50 % and 95 % intervals"),
         caption: format!(
             "Bands: pointwise 50 % (dark) and 95 % (light) intervals of {}. Thin dashed lines: simultaneous 95 % band, \
-             in which 95 % of the members stay at all instants. Of {} stored traces {} % stay in the pointwise 95 % \
-             band at all instants, {} % in the simultaneous one. Peaks of the members: mean {}, 95 % interval {} to \
-             {}.",
+             in which 95 % of the members stay at all instants. Grey lines: the first members. Of {} stored traces {} \
+             % stay in the pointwise 95 % band at all instants, {} % in the simultaneous one. Peaks of the members: \
+             mean {}, 95 % interval {} to {}.",
             format::counted(outcome.completed, "member"),
             format::count(whole.in_pointwise.total),
             format::grouped(100.0 * whole.in_pointwise.fraction(), 1),

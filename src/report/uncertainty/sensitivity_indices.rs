@@ -69,8 +69,9 @@ pub(super) fn rows(answers: &Answers, causes: &SensitivityIndices) -> Vec<Vec<St
     order.into_iter().map(row).collect()
 }
 
-/// Rows of the table of second-order indices that are shown on the page; the others are in the CSV file.
+/// Rows of the table of second-order indices on the page at most, and the smallest index shown, apart from the largest.
 const PAIRS_SHOWN: usize = 10;
+const MIN_INDEX_SHOWN: f64 = 0.0005;
 
 /// Head of the table of second-order indices.
 pub(super) const PAIR_HEAD: [&str; 2] = ["Factors", "Second-order Sobol index"];
@@ -78,14 +79,18 @@ pub(super) const PAIR_HEAD: [&str; 2] = ["Factors", "Second-order Sobol index"];
 /// Rows of the table of second-order indices, the largest first.
 pub(super) fn pair_rows(case: &Case, causes: &SensitivityIndices) -> Vec<Vec<String>> {
     let row = |pair: &PairIndex| vec![pair_names(case, *pair).join(" and "), index_with_interval(pair.index)];
-    ranked_pairs(causes).iter().take(PAIRS_SHOWN).map(row).collect()
+    ranked_pairs(causes).iter().take(pairs_shown(causes)).map(row).collect()
+}
+
+fn pairs_shown(causes: &SensitivityIndices) -> usize {
+    causes.second.iter().filter(|pair| pair.index.value >= MIN_INDEX_SHOWN).count().clamp(1, PAIRS_SHOWN)
 }
 
 /// Explanation of the table of second-order indices.
 pub(super) fn pair_explanation(causes: &SensitivityIndices) -> String {
-    let others = match causes.second.len().saturating_sub(PAIRS_SHOWN) {
+    let others = match causes.second.len().saturating_sub(pairs_shown(causes)) {
         0 => String::new(),
-        others => format!(" {} with smaller indices are in second-order.csv.", format::counted(others, "pair")),
+        others => format!(" second-order.csv also has {} with smaller indices.", format::counted(others, "pair")),
     };
     format!(
         "Second-order index: share of the variance due to the interaction of two factors, which neither has alone. The \

@@ -1,0 +1,413 @@
+//! Profiles through the thickness.
+
+use super::figure::{Axis, Figure, Ink, Layer, Stroke};
+use super::files::json::JsonObject;
+use super::files::table::{CsvTable, NamedFile, cell};
+use super::html::table::{paragraph, table};
+use super::reportable::{Reportable, Section};
+use super::{ReportError, format};
+use crate::case::Case;
+use crate::study::answers::Answers;
+use crate::study::depth_profiles::{CellStates, DepthProfiles, MAX_MEMBERS, ProfileBands, ProfileDepth};
+use serde::Serialize;
+
+/// Instants that one figure shows together.
+const MAX_TOGETHER: usize = 6;
+
+impl Reportable for DepthProfiles {
+    fn uses_observations(&self) -> bool {
+        false
+    }
+
+    fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
+        let case = &answers.case;
+        let mut figures = vec![maximum(case, self)];
+        // A slider over one instant has nothing to choose.
+        figures.extend((self.instants_s.len() > 1).then(|| over_time(case, self)));
+        figures.push(together(case, self));
+        figures.extend(self.cell_states.iter().flat_map(|states| of_states(case, self, states)));
+        figures.into_iter().map(|figure| ("depth-profiles", figure)).collect()
+    }
+
+    fn sections(&self, answers: &Answers) -> Vec<Section> {
+        vec![Section::new("depth-profiles", "Profiles", page(&answers.case, self))]
+    }
+
+    fn methods(&self, _: &Answers) -> Vec<String> {
+        vec![format!(
+            "Profiles through the thickness: the case is marched again on the processor in double precision and read \
+             at the cell faces and nodes that both resolutions have, on both sides of every interface, with Richardson \
+             extrapolation. Bands are percentiles 5 and 95 at each depth, over the first {} members of the sweep at \
+             most. Depths are those of the layup in the case file.",
+            format::count(MAX_MEMBERS)
+        )]
+    }
+
+    fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
+        let mut tables = vec![profiles_table(&answers.case, self)?];
+        if let Some(states) = &self.cell_states {
+            tables.push(states_table(&answers.case, self, states)?);
+        }
+        Ok(tables)
+    }
+
+    fn write_summary(&self, _: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
+        record.put(
+            "depth_profiles",
+            &Record {
+                instants_s: &self.instants_s,
+                depths: self.depths.len(),
+                members: self.bands.as_ref().map(|bands| bands.members),
+            },
+        )
+    }
+
+    fn screen_footer(&self, _: &Answers) -> Vec<String> {
+        let instants = format::counted(self.instants_s.len(), "instant");
+        vec![format!("profiles at {instants} and {} depths: depth-profiles.csv", format::count(self.depths.len()))]
+    }
+}
+
+#[derive(Serialize)]
+struct Record<'a> {
+    instants_s: &'a [f64],
+    depths: usize,
+    /// Of the bands.
+    members: Option<usize>,
+}
+
+/// Depths in millimetres, with a gap between the two sides of an interface.
+fn depths_mm(depths: &[ProfileDepth]) -> Vec<f64> {
+    with_gaps(depths, |at| 1e3 * depths[at].depth_m)
+}
+
+/// Values at depths, with a gap between the two sides of an interface.
+fn with_gaps(depths: &[ProfileDepth], value: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut values = Vec::with_capacity(depths.len());
+    for at in 0..depths.len() {
+        if at > 0 && depths[at].ply > depths[at - 1].ply {
+            values.push(f64::NAN);
+        }
+        values.push(value(at));
+    }
+    values
+}
+
+fn profile(name: String, ink: Ink, stroke: Stroke, depths: &[ProfileDepth], values: &[f64]) -> Layer {
+    Layer::Line { name, ink, stroke, x: depths_mm(depths), y: with_gaps(depths, |at| values[at]) }
+}
+
+/// The interfaces between plies, as vertical lines over the range of the values.
+fn interfaces(case: &Case, (low, high): (f64, f64)) -> Layer {
+    let each = case.layup.interfaces_m().into_iter().map(|depth_m| 1e3 * depth_m);
+    let x = each.clone().flat_map(|mm| [mm, mm, f64::NAN]).collect();
+    let y = each.flat_map(|_| [low, high, f64::NAN]).collect();
+    Layer::Line { name: "interfaces".to_owned(), ink: Ink::Guide, stroke: Stroke::Dotted, x, y }
+}
+
+fn depth_axis(case: &Case) -> Axis {
+    Axis::linear("Depth below the hot face, mm").with_range(1e3 * case.layup.origin_m, 1e3 * case.layup.back_m())
+}
+
+/// Lowest and highest of all values.
+fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)))
+}
+
+/// Lowest and highest temperature of any profile or band.
+fn temperatures_k(found: &DepthProfiles) -> (f64, f64) {
+    let bands = found.bands.iter().flat_map(|bands| bands.percentiles_k.iter().flatten().flatten());
+    let maxima = found.bands.iter().flat_map(|bands| bands.maximum_percentiles_k.iter().flatten());
+    extent(found.nominal_k.iter().flatten().chain(&found.nominal_maximum_k).chain(bands).chain(maxima))
+}
+
+fn band(bands: &ProfileBands, depths: &[ProfileDepth], [low, high]: [&[f64]; 2]) -> Layer {
+    Layer::Band {
+        name: format!("5 to 95 % of {}", format::counted(bands.members, "member")),
+        ink: Ink::Series(0),
+        opacity: 0.25,
+        x: depths.iter().map(|depth| 1e3 * depth.depth_m).collect(),
+        low: low.to_vec(),
+        high: high.to_vec(),
+    }
+}
+
+/// The highest temperature over time at every depth.
+fn maximum(case: &Case, found: &DepthProfiles) -> Figure {
+    let mut layers = vec![interfaces(case, temperatures_k(found))];
+    if let Some(bands) = &found.bands {
+        let [low, median, high] = &bands.maximum_percentiles_k;
+        layers.push(band(bands, &found.depths, [low, high]));
+        layers.push(profile("median".to_owned(), Ink::Series(0), Stroke::Dashed, &found.depths, median));
+    }
+    let nominal = &found.nominal_maximum_k;
+    layers.push(profile("nominal".to_owned(), Ink::Series(1), Stroke::Solid, &found.depths, nominal));
+    Figure {
+        id: "depth-profile-maximum".to_owned(),
+        paper_reference: String::new(),
+        title: "Highest temperature through the thickness".to_owned(),
+        caption: "Highest temperature over the whole exposure at every depth; each depth has it at a time of its own."
+            .to_owned(),
+        x: depth_axis(case),
+        y: Axis::linear("Highest temperature, K"),
+        layers,
+    }
+}
+
+/// One instant at a time.
+fn over_time(case: &Case, found: &DepthProfiles) -> Figure {
+    let step = |instant: usize| {
+        let mut layers = Vec::new();
+        if let Some(bands) = &found.bands {
+            let [low, _, high] = [0, 1, 2].map(|percentile| &bands.percentiles_k[percentile][instant][..]);
+            layers.push(band(bands, &found.depths, [low, high]));
+        }
+        let nominal = &found.nominal_k[instant];
+        layers.push(profile("nominal".to_owned(), Ink::Series(1), Stroke::Solid, &found.depths, nominal));
+        layers
+    };
+    let highest = |instant: &usize| found.nominal_k[*instant].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let instants = 0..found.instants_s.len();
+    let shown = instants.clone().max_by(|one, other| highest(one).total_cmp(&highest(other))).unwrap_or(0);
+    let (low, high) = temperatures_k(found);
+    let air = 0.04 * (high - low).max(1.0);
+    Figure {
+        id: "depth-profile-time".to_owned(),
+        paper_reference: String::new(),
+        title: "Temperature through the thickness over time".to_owned(),
+        caption: format!(
+            "Choose the time below the chart. The static image shows {}, when the layup is hottest.",
+            format::seconds(found.instants_s[shown])
+        ),
+        x: depth_axis(case),
+        y: Axis::linear("Temperature, K").with_range(low - air, high + air),
+        layers: vec![
+            interfaces(case, (low - air, high + air)),
+            Layer::Steps {
+                label: "Time: ".to_owned(),
+                names: found.instants_s.iter().map(|&instant_s| format::seconds(instant_s)).collect(),
+                steps: instants.map(step).collect(),
+                shown,
+            },
+        ],
+    }
+}
+
+/// At most [`MAX_TOGETHER`] of the instants, evenly spread.
+fn shown_together(instants: usize) -> Vec<usize> {
+    let count = instants.min(MAX_TOGETHER);
+    (0..count).map(|n| if count > 1 { n * (instants - 1) / (count - 1) } else { 0 }).collect()
+}
+
+fn some_instants(found: &DepthProfiles, depths: &[ProfileDepth], values: &[Vec<f64>]) -> Vec<Layer> {
+    let line = |(place, instant): (usize, usize)| {
+        let name = format::seconds(found.instants_s[instant]);
+        profile(name, Ink::Series(place), Stroke::Solid, depths, &values[instant])
+    };
+    shown_together(found.instants_s.len()).into_iter().enumerate().map(line).collect()
+}
+
+/// Some instants in one figure.
+fn together(case: &Case, found: &DepthProfiles) -> Figure {
+    let mut layers = vec![interfaces(case, temperatures_k(found))];
+    layers.extend(some_instants(found, &found.depths, &found.nominal_k));
+    Figure {
+        id: "depth-profiles".to_owned(),
+        paper_reference: String::new(),
+        title: "Nominal temperature through the thickness".to_owned(),
+        caption: format!("At {}.", some_of_all(found)),
+        x: depth_axis(case),
+        y: Axis::linear("Temperature, K"),
+        layers,
+    }
+}
+
+/// How many of the instants a figure shows.
+fn some_of_all(found: &DepthProfiles) -> String {
+    let (shown, all) = (shown_together(found.instants_s.len()).len(), found.instants_s.len());
+    if shown < all {
+        format!("{shown} of {}; the others are in the tables", format::counted(all, "instant"))
+    } else {
+        format::counted(all, "instant")
+    }
+}
+
+/// Density, conversion and pressure.
+fn of_states(case: &Case, found: &DepthProfiles, states: &CellStates) -> Vec<Figure> {
+    let figure = |id: &str, title: &str, axis: &str, scale: f64, values: &[Vec<f64>]| {
+        let scaled: Vec<Vec<f64>> =
+            values.iter().map(|profile| profile.iter().map(|value| scale * value).collect()).collect();
+        let mut layers = vec![interfaces(case, extent(scaled.iter().flatten()))];
+        layers.extend(some_instants(found, &states.depths, &scaled));
+        Figure {
+            id: id.to_owned(),
+            paper_reference: String::new(),
+            title: title.to_owned(),
+            caption: format!(
+                "At {}, with nominal factors, at the nodes of the cells; depths and densities are those of the virgin \
+                 layup.",
+                some_of_all(found)
+            ),
+            x: depth_axis(case),
+            y: Axis::linear(axis),
+            layers,
+        }
+    };
+    let mut figures = Vec::new();
+    if case.layup.plies.iter().any(|ply| ply.material.decomposition.is_some()) {
+        let density = "Density of the solid, kg/m³";
+        figures.push(figure(
+            "density-profiles",
+            "Density through the thickness",
+            density,
+            1.0,
+            &states.densities_kg_m3,
+        ));
+        let conversion = "Char fraction";
+        figures.push(figure(
+            "char-profiles",
+            "Char fraction through the thickness",
+            conversion,
+            1.0,
+            &states.conversions,
+        ));
+    }
+    if let Some(pressures_pa) = &states.pressures_pa {
+        let title = "Gas pressure through the thickness";
+        figures.push(figure("pressure-profiles", title, "Gas pressure, kPa", 1e-3, pressures_pa));
+    }
+    figures
+}
+
+/// The hottest depth of every ply.
+fn page(case: &Case, found: &DepthProfiles) -> String {
+    let row = |(ply, of): (usize, &crate::case::Ply)| {
+        let here = (0..found.depths.len()).filter(|&at| found.depths[at].ply == ply);
+        let hottest = here.max_by(|&a, &b| found.nominal_maximum_k[a].total_cmp(&found.nominal_maximum_k[b]))?;
+        let mut row = vec![
+            of.name.clone(),
+            format!("{:.2}", 1e3 * found.depths[hottest].depth_m),
+            format::grouped(found.nominal_maximum_k[hottest], 1),
+        ];
+        row.extend(found.bands.iter().flat_map(|bands| {
+            bands.maximum_percentiles_k.iter().map(|percentile| format::grouped(percentile[hottest], 1))
+        }));
+        Some(row)
+    };
+    let mut head = vec!["Ply", "Depth, mm", "Nominal, K"];
+    if found.bands.is_some() {
+        head.extend(["5 %, K", "Median, K", "95 %, K"]);
+    }
+    let rows: Vec<Vec<String>> = case.layup.plies.iter().enumerate().filter_map(row).collect();
+    let read = format!(
+        "Temperatures at {} instants and {} depths.",
+        format::count(found.instants_s.len()),
+        format::count(found.depths.len())
+    );
+    table("Highest temperature of every ply, at its hottest depth", &head, &rows) + &paragraph(&read)
+}
+
+/// One row per instant and depth, then one per depth for the maximum.
+fn profiles_table(case: &Case, found: &DepthProfiles) -> Result<NamedFile, ReportError> {
+    let percentiles = ["p5_K", "p50_K", "p95_K"].into_iter().filter(|_| found.bands.is_some());
+    let columns = ["profile", "time_s", "depth_m", "ply", "temperature_K"].into_iter().chain(percentiles);
+    let mut table = CsvTable::new("depth-profiles.csv", columns)?;
+    let mut rows = |kind: &str, time_s: f64, nominal: &[f64], bands: Vec<&[f64]>| {
+        for (at, depth) in found.depths.iter().enumerate() {
+            let place = [kind.to_owned(), cell(time_s), cell(depth.depth_m), case.layup.plies[depth.ply].name.clone()];
+            let values = std::iter::once(nominal[at]).chain(bands.iter().map(|band| band[at]));
+            table.text_row(place.into_iter().chain(values.map(cell)).collect())?;
+        }
+        Ok::<(), ReportError>(())
+    };
+    for (instant, &time_s) in found.instants_s.iter().enumerate() {
+        let bands = found.bands.iter().flat_map(|bands| &bands.percentiles_k).map(|of| &of[instant][..]).collect();
+        rows("instant", time_s, &found.nominal_k[instant], bands)?;
+    }
+    let bands = found.bands.iter().flat_map(|bands| &bands.maximum_percentiles_k).map(|of| &of[..]).collect();
+    rows("maximum", f64::NAN, &found.nominal_maximum_k, bands)?;
+    table.finish()
+}
+
+fn states_table(case: &Case, found: &DepthProfiles, states: &CellStates) -> Result<NamedFile, ReportError> {
+    let pressure = states.pressures_pa.iter().map(|_| "pressure_pa");
+    let columns = ["time_s", "depth_m", "ply", "density_kg_m3", "char_fraction"].into_iter().chain(pressure);
+    let mut table = CsvTable::new("state-profiles.csv", columns)?;
+    for (instant, &time_s) in found.instants_s.iter().enumerate() {
+        for (at, depth) in states.depths.iter().enumerate() {
+            let place = [cell(time_s), cell(depth.depth_m), case.layup.plies[depth.ply].name.clone()];
+            let own = [states.densities_kg_m3[instant][at], states.conversions[instant][at]];
+            let pressure = states.pressures_pa.iter().map(|pressures| pressures[instant][at]);
+            table.text_row(place.into_iter().chain(own.into_iter().chain(pressure).map(cell)).collect())?;
+        }
+    }
+    table.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{chart, fixture, svg};
+
+    fn reported() -> (Answers, DepthProfiles) {
+        let answers = fixture::outcomes().answers("study");
+        let found = answers.depth_profiles.clone().expect("the fixture has profiles");
+        (answers, found)
+    }
+
+    #[test]
+    fn the_slider_has_a_step_for_every_instant_and_shows_the_hottest() {
+        let (answers, found) = reported();
+        let figure = over_time(&answers.case, &found);
+        let drawn = chart::draw(&figure);
+        let steps = drawn["layout"]["sliders"][0]["steps"].as_array().expect("steps").clone();
+        assert_eq!(steps.len(), found.instants_s.len());
+        let traces = drawn["traces"].as_array().expect("traces");
+        let active = drawn["layout"]["sliders"][0]["active"].as_u64().expect("an active step") as usize;
+        let highest = |instant: usize| found.nominal_k[instant].iter().copied().fold(0.0, f64::max);
+        assert!((0..found.instants_s.len()).all(|instant| highest(instant) <= highest(active)));
+        for (step, entry) in steps.iter().enumerate() {
+            let visible = entry["args"][0]["visible"].as_array().expect("one flag per trace");
+            assert_eq!(visible.len(), traces.len());
+            // The interfaces, the two edges of the band and the nominal profile.
+            assert_eq!(visible.iter().filter(|flag| **flag == true).count(), 4, "step {step}");
+            let is_visible = |trace: &serde_json::Value| trace["visible"] != false;
+            let begins_so = traces.iter().zip(visible).all(|(trace, flag)| is_visible(trace) == (*flag == true));
+            assert_eq!(begins_so, step == active);
+        }
+        assert!(svg::draw(&figure).expect("it draws").contains("nominal"));
+    }
+
+    #[test]
+    fn the_table_has_every_instant_and_the_maximum_with_bands_around_the_nominal_profile() {
+        let (answers, found) = reported();
+        let (_, bytes) = profiles_table(&answers.case, &found).expect("a table");
+        let mut rows = csv::Reader::from_reader(bytes.as_slice());
+        let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
+        assert_eq!(rows.len(), (found.instants_s.len() + 1) * found.depths.len());
+        let number = |row: &csv::StringRecord, at: usize| row[at].parse::<f64>().expect("a number");
+        for row in &rows {
+            assert!(number(row, 5) <= number(row, 6) && number(row, 6) <= number(row, 7), "{row:?}");
+        }
+        let last = &rows[rows.len() - 1];
+        assert_eq!(
+            (&last[0], &last[1], &last[3]),
+            ("maximum", "", &answers.case.layup.plies.last().expect("a ply").name[..])
+        );
+    }
+
+    #[test]
+    fn a_profile_has_a_gap_between_the_sides_of_an_interface() {
+        let depth = |depth_m, ply| ProfileDepth { depth_m, ply };
+        let depths = [depth(0.0, 0), depth(1e-3, 0), depth(1e-3, 1), depth(2e-3, 1)];
+        let x = depths_mm(&depths);
+        assert!(x.len() == 5 && x[2].is_nan());
+        assert_eq!([x[0], x[1], x[3], x[4]], [0.0, 1.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn figures_of_many_instants_show_six_from_the_first_to_the_last() {
+        assert_eq!(shown_together(25), [0, 4, 9, 14, 19, 24]);
+        assert_eq!((shown_together(1), shown_together(2)), (vec![0], vec![0, 1]));
+    }
+}
