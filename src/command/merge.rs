@@ -22,7 +22,8 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     print_renamed_keys(answers.case.renamed_keys());
     let id = answers.case.id();
     let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
-    let folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;
+    let mut folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;
+    folder.set_figure_formats(convert::figure_formats(&merge.format));
     let text = output_text(&answers.report(&folder)?, merge.json, || Ok(answers.summary()))?;
     let failure = answers
         .uncertainty

@@ -1,8 +1,8 @@
 //! Conversion of command-line arguments to options of the library.
 
 use crate::command::args::{
-    BackendArg, BoundsArg, DerivativeArg, FitArgs, HistoryArgs, MarchArgs, MinimiserArg, ObservationArgs,
-    PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs,
+    BackendArg, BoundsArg, CaseArgs, DerivativeArg, FitArgs, FormatArg, HistoryArgs, MarchArgs, MinimiserArg,
+    ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
@@ -12,6 +12,7 @@ use bondline::ensemble::{self, Sampling};
 use bondline::fit::DampingStrategy;
 use bondline::march::Precision;
 use bondline::march::backend_selection::{BackendKind, BackendOptions};
+use bondline::report::FigureFormat;
 use bondline::session::{
     Derivatives, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions, SizeOptions, Start,
     UncertaintyOptions,
@@ -45,6 +46,12 @@ pub(crate) fn choice(march: &MarchArgs) -> Result<BackendOptions, Failure> {
         }),
         device: march.device.clone(),
     })
+}
+
+/// The formats of figures beside SVG.
+pub(crate) fn figure_formats(formats: &[FormatArg]) -> Vec<FigureFormat> {
+    let others = [(FormatArg::Pdf, FigureFormat::Pdf), (FormatArg::Png, FigureFormat::Png)];
+    others.into_iter().filter(|(given, _)| formats.contains(given)).map(|(_, format)| format).collect()
 }
 
 pub(crate) fn bounds(bounds: BoundsArg) -> Bounds {

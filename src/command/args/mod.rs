@@ -12,7 +12,8 @@ mod sweep;
 mod twin;
 
 pub(crate) use choices::{
-    BackendArg, BoundsArg, DerivativeArg, KeepArg, MinimiserArg, PrecisionArg, PriorArg, SamplingArg, TemplateArg,
+    BackendArg, BoundsArg, DerivativeArg, FormatArg, KeepArg, MinimiserArg, PrecisionArg, PriorArg, SamplingArg,
+    TemplateArg,
 };
 pub(crate) use fit::{FitArgs, ObservationArgs, PosteriorArgs};
 pub(crate) use history::HistoryArgs;
@@ -68,7 +69,11 @@ pub(crate) enum Command {
         #[arg(long, value_enum)]
         keep: Option<KeepArg>,
         /// Run only members A to B-1 of the -n drawn, and write their statistics to a file for `merge`
-        #[arg(long = "members", value_name = "A..B", conflicts_with_all = ["json", "max_failed", "depth_profiles"])]
+        #[arg(
+            long = "members",
+            value_name = "A..B",
+            conflicts_with_all = ["json", "max_failed", "depth_profiles", "format"]
+        )]
         part: Option<String>,
         /// Run only piece K of N equal ones, from 1, unless its file is there; in a Slurm job array N is enough
         #[arg(long, value_name = "K/N", conflicts_with_all = ["json", "max_failed", "part"])]
@@ -238,6 +243,9 @@ pub(crate) struct CaseArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+    /// Formats of the figures, as svg,pdf,png; SVG is always written [default: svg]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub format: Vec<FormatArg>,
     /// End after this time, such as "2 h": a sweep with the members so far, other studies without an answer
     #[arg(long, value_name = "TIME")]
     pub limit_time: Option<String>,

@@ -14,7 +14,7 @@ mod temporary;
 
 pub use members::{MemberRow, MembersFile, TracesFile};
 
-use super::ReportError;
+use super::{FigureFormat, ReportError};
 use crate::case::Case;
 use crate::study::twin::SyntheticData;
 use lock::{PathLock, Sharing};
@@ -34,6 +34,7 @@ pub struct OutputFolder {
     staged: TemporaryPath,
     /// Names of the files written apart from the report.
     reserved: Vec<String>,
+    figure_formats: Vec<FigureFormat>,
     _lock: PathLock,
     place: Place,
 }
@@ -113,7 +114,16 @@ impl OutputFolder {
         let place = Place::open(path, case, force)?;
         let lock = place.lock(Sharing::Exclusive)?;
         let staged = TemporaryPath::new_in(&place.workspace);
-        Ok(Self { staged, reserved: Vec::new(), _lock: lock, place })
+        Ok(Self { staged, reserved: Vec::new(), figure_formats: Vec::new(), _lock: lock, place })
+    }
+
+    /// Write figures in these formats too, beside SVG.
+    pub fn set_figure_formats(&mut self, formats: Vec<FigureFormat>) {
+        self.figure_formats = formats;
+    }
+
+    pub(super) fn figure_formats(&self) -> &[FigureFormat] {
+        &self.figure_formats
     }
 
     /// Path of a file that is written during the study, such as `members.parquet`. It gets its place in the folder with
