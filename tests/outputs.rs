@@ -215,9 +215,17 @@ fn written() -> &'static Written {
         scratch.write("other/case.toml", CASE.replacen("3 mm", "3.1 mm", 1) + measured);
         scratch.write("char/case.toml", decomposing_case() + measured);
         scratch.write("gas/case.toml", gas + measured);
+        let (before, rest) = CASE.split_once("kind = \"heated\"").expect("a hot face");
+        let (_, rest) = rest.split_once("[[factor]]").expect("its end");
+        let held = "kind = \"held\"\ntemperature = { points = [[\"0 s\", \"300 K\"], [\"20 s\", \"400 K\"]], \
+                    outside = \"hold\", noise = \"1 K\" }\n\n[[factor]]";
+        let heating = "[[factor]]\nname = \"f_q\"\nproperty = \"heating\"\nsmall = [0.9, 1.1]\n";
+        scratch.write("held/case.toml", format!("{before}{held}{rest}").replacen(heating, "", 1));
         written.run(&scratch, "twin bare --noise 1K", &["bare"]);
         run(&scratch, "twin bare --noise 1K --out measured.csv").succeeded();
         written.run(&scratch, "predict own", &["own"]);
+        written.run(&scratch, "observations own", &["own"]);
+        written.run(&scratch, "predict held", &["held"]);
         written.run(&scratch, "predict cases/lcat-2259-pyrolysis --depth-profiles 5", &["cases/lcat-2259-pyrolysis"]);
         written.run(&scratch, "predict cases/permeation --depth-profiles 60s", &["cases/permeation"]);
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);

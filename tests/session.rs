@@ -98,7 +98,7 @@ fn same_or_refused<T>(session: &Session, result: Result<T, SessionError>, scratc
 fn a_session_gives_all_answers_of_the_command_on_every_shipped_case_bit_identically() {
     const MEMBERS: usize = 30;
     let scratch = Scratch::new("session-questions");
-    let mut answered = [0; 7];
+    let mut answered = [0; 8];
     for case in cases() {
         let path = at(case.id());
         // A coarse tolerance saves time; the comparison holds at any.
@@ -130,6 +130,8 @@ fn a_session_gives_all_answers_of_the_command_on_every_shipped_case_bit_identica
         check(5, &session, result, format!("history {path} --knots 3"));
         let result = session.twin_study(&TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(2) }).map(drop);
         check(6, &session, result, format!("twin {path} --study 2 --noise 2K"));
+        let result = session.observations().map(drop);
+        check(7, &session, result, format!("observations {path}"));
     }
     assert!(answered.iter().all(|&cases| cases >= 2), "{answered:?} cases have each answer");
 }

@@ -1,5 +1,6 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
+use super::recorded_channel::RecordedChannel;
 use super::renamed_key::RenamedKey;
 use crate::limits::LISTED_ERRORS;
 use std::cell::{Cell, RefCell};
@@ -119,6 +120,7 @@ pub(super) struct Diagnostics {
     omitted: Cell<usize>,
     renamed_keys: RefCell<Vec<RenamedKey>>,
     notes: RefCell<Vec<Diagnostic>>,
+    recorded: RefCell<Vec<RecordedChannel>>,
 }
 
 impl Diagnostics {
@@ -145,6 +147,16 @@ impl Diagnostics {
     /// Record what is no error but what the user should know.
     pub(super) fn record_note(&self, location: &SourceLocation, message: String) {
         self.notes.borrow_mut().push(Diagnostic { location: location.clone(), message });
+    }
+
+    /// Keep what was recorded of a sensor beside its observation.
+    pub(super) fn record_channel(&self, channel: RecordedChannel) {
+        self.recorded.borrow_mut().push(channel);
+    }
+
+    /// The channels recorded so far; they are removed here.
+    pub(super) fn take_channels(&self) -> Vec<RecordedChannel> {
+        self.recorded.take()
     }
 
     /// The notes recorded so far, sorted by position; they are removed here.

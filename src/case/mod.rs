@@ -21,8 +21,10 @@ mod material;
 mod observation;
 mod provenance;
 mod reading_notes;
+mod recorded_channel;
 mod renamed_key;
 mod resolution;
+mod smoothed_driver;
 mod suggestion;
 mod table;
 mod thermogravimetry;
@@ -45,9 +47,11 @@ pub use layup::{Layup, Ply, Sensor, Side};
 pub use material::Material;
 pub use observation::Observation;
 pub use provenance::{Provenance, SourceKind};
+pub use recorded_channel::RecordedChannel;
 pub use renamed_key::RenamedKey;
 pub(crate) use resolution::MAX_CORNERS;
 pub use resolution::Resolution;
+pub use smoothed_driver::SmoothedDriver;
 pub use table::{OutOfRange, Schedule, Table};
 
 use input_files::InputFiles;
@@ -164,6 +168,28 @@ impl Case {
     /// Columns and samples of the files of the case that were not read, by file. They are no part of the content.
     pub fn unread_data(&self) -> &[Diagnostic] {
         &self.reading_notes.unread
+    }
+
+    /// What the files of the case hold of each observed sensor beside its observation. They are no part of the content;
+    /// a case from a builder has none.
+    pub fn recorded_channels(&self) -> &[RecordedChannel] {
+        &self.reading_notes.recorded
+    }
+
+    /// Measured temperatures of held faces that were smoothed. They are no part of the content, which has the smoothed
+    /// ones; a case from a builder has none.
+    pub fn smoothed_drivers(&self) -> &[SmoothedDriver] {
+        &self.reading_notes.drivers
+    }
+
+    /// The exposure with the temperatures of held faces as they were measured; `None` if none was smoothed.
+    pub(crate) fn measured_exposure(&self) -> Option<Exposure> {
+        let mut exposure = self.exposure.clone();
+        for driver in &self.reading_notes.drivers {
+            let face = if driver.is_hot_face { &mut exposure.hot_face } else { &mut exposure.back_face };
+            *face = Face::Held(driver.measured.clone());
+        }
+        (!self.reading_notes.drivers.is_empty()).then_some(exposure)
     }
 
     /// The files that the case was read from; none if it was built from values.

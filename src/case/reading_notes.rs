@@ -1,7 +1,9 @@
 //! What the reader of a case notes: old names of keys and values, and data that are not read.
 
 use super::error::Diagnostic;
+use super::recorded_channel::RecordedChannel;
 use super::renamed_key::RenamedKey;
+use super::smoothed_driver::SmoothedDriver;
 
 /// Notes on the files of a case. They are no part of its content: cases that differ in them only are equal.
 #[derive(Clone, Debug, Default)]
@@ -9,6 +11,10 @@ pub(crate) struct ReadingNotes {
     pub(super) renamed_keys: Vec<RenamedKey>,
     /// What was not read.
     pub(super) unread: Vec<Diagnostic>,
+    /// What was recorded of each sensor.
+    pub(super) recorded: Vec<RecordedChannel>,
+    /// Temperatures of held faces before they were smoothed.
+    pub(super) drivers: Vec<SmoothedDriver>,
 }
 
 impl PartialEq for ReadingNotes {

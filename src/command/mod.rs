@@ -12,6 +12,7 @@ mod man;
 mod materials;
 mod member_output;
 mod merge;
+mod observations;
 mod predict;
 mod progress;
 mod resume;
@@ -59,6 +60,7 @@ pub(crate) fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
 pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
     match cli.command {
         Command::Init(init) => init::run(&init),
+        Command::Observations(case) => observations::run(&case),
         Command::Predict { case, profiles } => predict::run(&case, &profiles),
         Command::Uncertainty { case, sweep, resume, profiles, keep, part: None, piece: None } => {
             uncertainty::run(&case, &sweep, &resume, &profiles, keep)

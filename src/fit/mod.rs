@@ -53,6 +53,8 @@ pub mod loss;
 pub mod noise_model;
 pub mod prior;
 mod quadratic;
+pub mod robust_noise;
+pub mod smoothing_spline;
 pub mod subset;
 pub mod termination;
 mod trust_region;

@@ -1,15 +1,16 @@
 //! The material database as text for a terminal of 80 columns.
 
-mod braille;
 mod decomposition;
 
+use super::braille::{Curve, chart};
 use crate::case::CaseError;
 use crate::case::library::material_ids;
 use crate::case::{Conductivity, Material, OutOfRange, Table};
 use crate::case::{Provenance, SourceKind, ThreePartConductivity};
-use braille::{Curve, chart};
 
 const WIDTH: usize = 78;
+/// Rows of a plot.
+const PLOT_ROWS: usize = 12;
 /// Pressures of the tables and curves: sea level and two arc-jet runs.
 const PRESSURES_PA: [(f64, &str); 3] = [(101_325.0, "1 atm"), (8010.0, "8.01 kPa"), (3100.0, "3.1 kPa")];
 const AMBIENT_K: f64 = 300.0;
@@ -173,7 +174,7 @@ fn curve(table: &Table, digits: usize) -> String {
     }
     let points = sampled((low, high), |temperature_k| table.at(temperature_k));
     let curves = [Curve { name: String::new(), points }];
-    chart(&curves, false, "temperature, K", |value| format!("{value:.digits$}")) + "\n"
+    chart(&curves, PLOT_ROWS, false, "temperature, K", |value| format!("{value:.digits$}")) + "\n"
 }
 
 /// One curve per pressure, or a single one without pressure dependence.
@@ -192,7 +193,7 @@ fn conductivity_curves(conductivity: &Conductivity) -> String {
         .iter()
         .map(|&(pressure_pa, name)| Curve { name: name.to_owned(), points: sampled(range_k, total(pressure_pa)) })
         .collect();
-    chart(&curves, true, "temperature, K", |value| format!("{value:.3}")) + "\n"
+    chart(&curves, PLOT_ROWS, true, "temperature, K", |value| format!("{value:.3}")) + "\n"
 }
 
 fn sampled((low, high): (f64, f64), at: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {

@@ -4,10 +4,12 @@
 //! [`write()`] writes the report of [`Answers`] into a folder, [`terminal::screen`] formats it for a terminal. The part
 //! of each study is in the module of its name.
 
+mod braille;
 mod chart;
 mod contour;
 mod coverage_study;
 mod depth_profiles;
+mod driver_smoothing;
 mod estimate;
 mod figure;
 mod figures;
@@ -20,6 +22,7 @@ mod history;
 mod html;
 pub mod materials;
 mod nominal;
+mod observation_check;
 mod observations;
 mod reportable;
 mod sensitivity;

@@ -99,7 +99,9 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
         answer.as_ref().map(|answer| answer as &dyn Reportable)
     }
     let each = [
+        shown(&answers.observation_check),
         shown(&answers.nominal),
+        shown(&answers.driver_smoothing),
         shown(&answers.uncertainty),
         shown(&answers.depth_profiles),
         shown(&answers.sensitivity),

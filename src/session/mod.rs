@@ -42,12 +42,14 @@ use crate::study::coverage_study::{CoverageDesign, CoverageStudy};
 #[cfg(feature = "serde")]
 use crate::study::coverage_study::{DataSetFit, coverage_study_from, kept_fits::KeptFits};
 use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
+use crate::study::driver_smoothing::driver_smoothing;
 use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use crate::study::flux_inversion::{FluxInversion, invert_flux};
 #[cfg(feature = "serde")]
 use crate::study::kept_rows::KeptRows;
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
+use crate::study::observation_check::{ObservationCheck, check_observations};
 #[cfg(feature = "serde")]
 use crate::study::posterior::{PosteriorError, log_columns};
 use crate::study::posterior::{Walkers, posterior_from};
@@ -188,6 +190,22 @@ impl Session {
         self.run("predict", self.case.clone(), 1, |study| {
             let found = study.predict()?;
             study.depth_profiles(None)?;
+            Ok(found)
+        })
+    }
+
+    /// What was read of the observations: rate, gaps, noise, spikes, channels that are stuck or open, drift before the
+    /// start. Nothing is marched and no sample is changed.
+    ///
+    /// # Errors
+    /// When the case has no observations, or the device fails.
+    pub fn observations(&mut self) -> Result<ObservationCheck, SessionError> {
+        if self.case.observations.is_empty() {
+            return Err(InputError::general("the case has no observations").into());
+        }
+        self.run("observations", self.case.clone(), 1, |study| {
+            let found = check_observations(&study.answers.case);
+            study.answers.observation_check = Some(found.clone());
             Ok(found)
         })
     }
@@ -566,6 +584,7 @@ struct RunningStudy<'a> {
 impl RunningStudy<'_> {
     fn predict(&mut self) -> Result<Prediction, SessionError> {
         let found = nominal(&self.answers.case, self.plan, self.march)?;
+        self.answers.driver_smoothing = driver_smoothing(&self.answers.case, self.plan, self.march, &found)?;
         self.answers.nominal = Some(found.clone());
         Ok(found)
     }

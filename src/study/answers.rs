@@ -2,10 +2,12 @@
 
 use super::coverage_study::CoverageStudy;
 use super::depth_profiles::DepthProfiles;
+use super::driver_smoothing::DriverSmoothing;
 use super::estimate::ParameterEstimates;
 use super::flux_inversion::FluxInversion;
 use super::model_comparison::ModelComparison;
 use super::nominal::Prediction;
+use super::observation_check::ObservationCheck;
 use super::posterior::Posterior;
 use super::run_record::RunRecord;
 use super::sensitivity::Sensitivity;
@@ -20,7 +22,7 @@ use crate::march::Backend;
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Answers {
-    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`,
+    /// `predict`, `observations`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`,
     /// `merge`.
     pub question: &'static str,
     /// The case, with the options of the question in place of its own settings.
@@ -35,8 +37,12 @@ pub struct Answers {
     pub timing: Timing,
     /// When, by which command and from which files.
     pub run: RunRecord,
+    /// What was read of the observations.
+    pub observation_check: Option<ObservationCheck>,
     /// The prediction with nominal factors.
     pub nominal: Option<Prediction>,
+    /// The effect of smoothing the temperature of a held face; `None` if none was smoothed.
+    pub driver_smoothing: Option<DriverSmoothing>,
     /// The Monte Carlo sweep.
     pub uncertainty: Option<Uncertainty>,
     /// Profiles through the thickness.
@@ -69,7 +75,9 @@ impl Answers {
             seed: None,
             timing: seconds,
             run,
+            observation_check: None,
             nominal: None,
+            driver_smoothing: None,
             uncertainty: None,
             depth_profiles: None,
             sensitivity: None,

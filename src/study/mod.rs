@@ -5,12 +5,14 @@ pub mod answers;
 pub(crate) mod checksum;
 pub mod coverage_study;
 pub mod depth_profiles;
+pub mod driver_smoothing;
 pub mod estimate;
 pub mod flux_inversion;
 #[cfg(feature = "serde")]
 pub(crate) mod kept_rows;
 pub mod model_comparison;
 pub mod nominal;
+pub mod observation_check;
 pub mod posterior;
 pub mod proportion;
 #[cfg(feature = "serde")]

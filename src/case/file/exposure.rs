@@ -41,7 +41,7 @@ pub(super) fn hot_face<'a>(
         "heated" => open(heated_face(&section, schedules)),
         "convective" => open(convective_face(&section, schedules)),
         _ => {
-            let temperature = held_face(&section, schedules);
+            let temperature = held_face(&section, schedules, true);
             let at = match (section.optional("at"), layup, sensors) {
                 (Some(at), Some(layup), Some(sensors)) => {
                     held_face_depth_m(at, layup, sensors).map(|depth_m| Some((depth_m, at)))
@@ -64,7 +64,7 @@ pub(super) fn back_face<'a>(case: &TableReader<'a>, schedules: &ScheduleReader<'
         "insulated" => Ok(Face::Open(OpenFace::insulated())),
         "cooled" => cooled_face(&section, schedules).map(Face::Open),
         "holder" => holder_face(&section, schedules).map(Face::Open),
-        _ => held_face(&section, schedules),
+        _ => held_face(&section, schedules, false),
     };
     let pressure = section.optional("pressure").map(|written| Ok((pressure(written, schedules)?, written))).transpose();
     section.deny_unknown_keys();
@@ -196,9 +196,9 @@ fn holder_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Rea
     Ok(OpenFace { film_w_m2_k: film_w_m2_k?, gas_k: gas_k?, ..OpenFace::insulated() })
 }
 
-fn held_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<Face> {
+fn held_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>, is_hot_face: bool) -> ReadResult<Face> {
     let temperature = section.required("temperature", Dimension::Temperature.name_and_example())?;
-    schedules.read(temperature, Dimension::Temperature).map(Face::Held)
+    schedules.driver(temperature, is_hot_face).map(Face::Held)
 }
 
 /// The emissivity of the material by default.

@@ -34,7 +34,7 @@ use super::input_files::InputFiles;
 use super::reading_notes::ReadingNotes;
 use super::renamed_key::RenamedKey;
 use super::unit::Dimension;
-use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
+use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor, SmoothedDriver};
 use crate::limits::{TEXT_FILE_MIB, read_file};
 use exposure::{BackFace, HotFace};
 use files::RecordedFiles;
@@ -110,6 +110,9 @@ impl Case {
     }
 }
 
+/// A case that is not validated yet, and its drivers as measured.
+type ReadCase = (CaseBuilder, Vec<SmoothedDriver>);
+
 /// Replace keys of a document, and then the old names of keys.
 fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagnostics: &Diagnostics) -> ReadResult<()> {
     let mut paths = Vec::new();
@@ -120,12 +123,14 @@ fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagno
 }
 
 /// The validated case, with its files and their old names.
-fn build(read: ReadResult<CaseBuilder>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
+fn build(read: ReadResult<ReadCase>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
     let (renamed_keys, unread) = (diagnostics.take_renamed_keys(), diagnostics.take_notes());
+    let recorded = diagnostics.take_channels();
+    let (builder, drivers) = diagnostics.into_result(read)?;
     Ok(Case {
-        reading_notes: ReadingNotes { renamed_keys, unread },
+        reading_notes: ReadingNotes { renamed_keys, unread, recorded, drivers },
         input_files,
-        ..diagnostics.into_result(read)?.build()?
+        ..builder.build()?
     })
 }
 
@@ -135,8 +140,10 @@ fn read_document(
     files: &dyn FileSource,
     id: String,
     diagnostics: &Diagnostics,
-) -> ReadResult<CaseBuilder> {
-    read_case(&root.reader(diagnostics).section()?, &ReferenceResolver::new(files, diagnostics), id)
+) -> ReadResult<ReadCase> {
+    let references = ReferenceResolver::new(files, diagnostics);
+    let builder = read_case(&root.reader(diagnostics).section()?, &references, id)?;
+    Ok((builder, references.into_drivers()))
 }
 
 impl Material {

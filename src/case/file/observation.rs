@@ -9,7 +9,7 @@ use crate::case::error::{ReadResult, SourceLocation};
 use crate::case::observation::checked_window_s;
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
-use crate::case::{Bounds, EstimationSettings, Factor, LossFunction, Observation, Sensor};
+use crate::case::{Bounds, EstimationSettings, Factor, LossFunction, Observation, RecordedChannel, Sensor};
 
 /// Observations from a table file or under the names of the sensors, with `window` and `sigma` of single sensors.
 /// Samples after the end of the exposure are dropped, and with a key `time` those before its start.
@@ -51,9 +51,9 @@ pub(super) fn observations(
             (true, Some(samples)) => {
                 Some(Err(samples.error(format!("duplicate samples of {:?}: the file has its column", own.name))))
             }
-            (false, _) => Some(
-                own.samples_in_case_file(sigma_k, file.is_some()).map(|observation| (own.name.to_owned(), observation)),
-            ),
+            (false, _) => {
+                Some(own.samples_in_case_file(sigma_k, file.is_some()).map(|recorded| (own.name.to_owned(), recorded)))
+            }
         }
     }))?;
     found.extend(more);
@@ -66,7 +66,9 @@ pub(super) fn observations(
     }
     collect_all(found.into_iter().map(|(name, observation)| {
         let end_s = duration_s.unwrap_or(f64::INFINITY);
-        let observation = within_exposure(observation, end_s, chosen_time.is_some(), written)?;
+        let (observation, channel) = observation;
+        let (observation, channel) = within_exposure(observation, channel, end_s, chosen_time.is_some(), written)?;
+        written.diagnostics().record_channel(channel);
         match own.iter().find(|own| own.name == name) {
             Some(own) => own.with_window(observation),
             None => Ok(observation),
@@ -126,7 +128,7 @@ impl<'a> SensorEntry<'a> {
     }
 
     /// The samples in the case file, with the standard deviation of the sensor or else the common one.
-    fn samples_in_case_file(&self, sigma_k: Option<f64>, has_file: bool) -> ReadResult<Observation> {
+    fn samples_in_case_file(&self, sigma_k: Option<f64>, has_file: bool) -> ReadResult<Recorded> {
         let Some(samples) = self.samples else {
             let name = self.name;
             let column = if has_file { format!("a column \"{name}_K\" in the file or ") } else { String::new() };
@@ -137,7 +139,9 @@ impl<'a> SensorEntry<'a> {
         let sigma_k = sigma_k.ok_or_else(|| samples.error("missing standard deviation: expected a key `sigma`"))?;
         let (times_s, temperatures_k) = points(samples, Dimension::Temperature, false)?;
         let sigma_k = vec![sigma_k; times_s.len()];
-        Ok(Observation { sensor: self.sensor, times_s, temperatures_k, sigma_k, window_s: None })
+        let (rows, span_s) = (times_s.len(), (times_s[0], times_s[times_s.len() - 1]));
+        let observation = Observation { sensor: self.sensor, times_s, temperatures_k, sigma_k, window_s: None };
+        Ok((observation, recorded_channel(self.sensor, None, rows, rows, span_s, span_s.1)))
     }
 
     /// The observation with the window of the sensor, which must contain a sample.
@@ -180,11 +184,7 @@ struct SensorColumn<'t> {
 }
 
 impl ColumnsToRead<'_, '_> {
-    fn read(
-        &self,
-        file: ValueReader<'_>,
-        references: &ReferenceResolver<'_>,
-    ) -> ReadResult<Vec<(String, Observation)>> {
+    fn read(&self, file: ValueReader<'_>, references: &ReferenceResolver<'_>) -> ReadResult<Vec<(String, Recorded)>> {
         let headings = match self.time {
             Some(time) => Headings::Chosen(time.heading()?),
             None if self.chooses() => Headings::Chosen(None),
@@ -289,7 +289,7 @@ impl ColumnsToRead<'_, '_> {
         time: TimeColumn,
         &SensorColumn { column, name, sensor }: &SensorColumn<'_>,
         file: ValueReader<'_>,
-    ) -> ReadResult<Observation> {
+    ) -> ReadResult<Recorded> {
         let diagnostics = file.diagnostics();
         let (times_s, temperatures_k) = table.time_series(time, column, Dimension::Temperature, false, diagnostics)?;
         let mut others = table.value_columns(time);
@@ -319,13 +319,43 @@ impl ColumnsToRead<'_, '_> {
                 return Err(table.error(column.index, diagnostics, message));
             }
         };
-        Ok(Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None })
+        let (rows, span_s) = table.span(time, diagnostics)?;
+        let (samples, last_s) = (times_s.len(), times_s[times_s.len() - 1]);
+        let heading = Some(table.heading(column.index).to_owned());
+        let observation = Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None };
+        Ok((observation, recorded_channel(sensor, heading, rows, samples, span_s, last_s)))
+    }
+}
+
+/// An observation before samples are kept out, and what else was recorded.
+type Recorded = (Observation, RecordedChannel);
+
+fn recorded_channel(
+    sensor: usize,
+    heading: Option<String>,
+    rows: usize,
+    samples: usize,
+    span_s: (f64, f64),
+    last_s: f64,
+) -> RecordedChannel {
+    let (earlier_times_s, earlier_temperatures_k) = (Vec::new(), Vec::new());
+    let missing = rows - samples;
+    RecordedChannel {
+        sensor,
+        heading,
+        rows,
+        missing,
+        span_s,
+        last_s,
+        earlier_times_s,
+        earlier_temperatures_k,
+        later: 0,
     }
 }
 
 /// Note the samples before the start of the exposure, which are not read.
-fn note_earlier_samples(found: &[(String, Observation)], file: ValueReader<'_>, references: &ReferenceResolver<'_>) {
-    let earlier = |(_, observation): &(_, Observation)| observation.times_s.partition_point(|&time_s| time_s < 0.0);
+fn note_earlier_samples(found: &[(String, Recorded)], file: ValueReader<'_>, references: &ReferenceResolver<'_>) {
+    let earlier = |(_, (observation, _)): &(_, Recorded)| observation.times_s.partition_point(|&time_s| time_s < 0.0);
     let most = found.iter().map(earlier).max().unwrap_or(0);
     if let (1.., Ok(path)) = (most, file.text()) {
         let samples = if most == 1 { "sample" } else { "samples" };
@@ -334,21 +364,22 @@ fn note_earlier_samples(found: &[(String, Observation)], file: ValueReader<'_>, 
     }
 }
 
-/// The samples up to the end of the exposure, and with `drops_earlier` from its start.
+/// The samples up to the end of the exposure, and with `drops_earlier` from its start. The channel takes the others.
 fn within_exposure(
     mut observation: Observation,
+    mut channel: RecordedChannel,
     duration_s: f64,
     drops_earlier: bool,
     written: ValueReader<'_>,
-) -> ReadResult<Observation> {
+) -> ReadResult<Recorded> {
     let earlier = observation.times_s.partition_point(|&time_s| time_s < 0.0);
     if drops_earlier {
         if earlier == observation.times_s.len() {
             let last_s = observation.times_s[earlier - 1];
             return Err(written.error(format!("expected samples from 0 s on, found the last at {last_s} s")));
         }
-        observation.times_s.drain(..earlier);
-        observation.temperatures_k.drain(..earlier);
+        channel.earlier_times_s = observation.times_s.drain(..earlier).collect();
+        channel.earlier_temperatures_k = observation.temperatures_k.drain(..earlier).collect();
         observation.sigma_k.drain(..earlier);
     }
     let first_s = written.require(Observation::checked_first_s(observation.times_s[0]))?;
@@ -358,10 +389,11 @@ fn within_exposure(
             "expected samples up to {duration_s} s, the end of the exposure, found the first at {first_s} s"
         )));
     }
+    channel.later = observation.times_s.len() - count;
     observation.times_s.truncate(count);
     observation.temperatures_k.truncate(count);
     observation.sigma_k.truncate(count);
-    Ok(observation)
+    Ok((observation, channel))
 }
 
 /// `[estimate]`; the default settings without it.

@@ -10,7 +10,7 @@ use super::{gas, material};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
-use crate::case::{Gas, Material, library};
+use crate::case::{Gas, Material, SmoothedDriver, library};
 use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
@@ -21,11 +21,22 @@ pub(super) struct ReferenceResolver<'a> {
     diagnostics: &'a Diagnostics,
     /// Materials read so far: plies of one material share it.
     materials: RefCell<Vec<(String, Arc<Material>)>>,
+    drivers: RefCell<Vec<SmoothedDriver>>,
 }
 
 impl<'a> ReferenceResolver<'a> {
     pub(super) fn new(files: &'a dyn FileSource, diagnostics: &'a Diagnostics) -> Self {
-        Self { files, diagnostics, materials: RefCell::default() }
+        Self { files, diagnostics, materials: RefCell::default(), drivers: RefCell::default() }
+    }
+
+    /// Keep the temperature of a held face as it was measured.
+    pub(super) fn record_driver(&self, driver: SmoothedDriver) {
+        self.drivers.borrow_mut().push(driver);
+    }
+
+    /// The drivers recorded so far.
+    pub(super) fn into_drivers(self) -> Vec<SmoothedDriver> {
+        self.drivers.into_inner()
     }
 
     /// `"pyrogel3350"`: `materials/pyrogel3350.toml` next to the case if it exists, else the built-in material; or

@@ -4,11 +4,12 @@ use super::column_choice::{TimeChoice, stated_conversion};
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
 use super::table_file::{SheetChoice, TimeSeries};
-use crate::case::Schedule;
 use crate::case::error::ReadResult;
 use crate::case::layup::DEPTH_TOLERANCE_M;
+use crate::case::smoothed_driver::{SmoothedSeries, smoothed};
 use crate::case::table;
 use crate::case::unit::Dimension;
+use crate::case::{Schedule, SmoothedDriver};
 
 /// Times closer than this fraction of the duration are equal, as in a march.
 const TIME_TOLERANCE: f64 = 1e-9;
@@ -33,6 +34,21 @@ impl ScheduleReader<'_> {
     /// `{ file = "flux.csv", column = "flux_w_cm2", outside = "zero" }`, with `unit`, `time`, `sheet` and `range` as
     /// of observations.
     pub(super) fn read(&self, written: ValueReader<'_>, dimension: Dimension) -> ReadResult<Schedule> {
+        self.read_measured(written, dimension, None)
+    }
+
+    /// The temperature of a held face; with a key `noise` it is smoothed, and the measured one is recorded.
+    pub(super) fn driver(&self, written: ValueReader<'_>, is_hot_face: bool) -> ReadResult<Schedule> {
+        self.read_measured(written, Dimension::Temperature, Some(is_hot_face))
+    }
+
+    /// [`read`](Self::read), with a key `noise` for the temperature of a held face.
+    fn read_measured(
+        &self,
+        written: ValueReader<'_>,
+        dimension: Dimension,
+        held_face: Option<bool>,
+    ) -> ReadResult<Schedule> {
         if written.is_list() {
             return self.covering_schedule(points(written, dimension, true)?, None, written, dimension);
         }
@@ -45,6 +61,8 @@ impl ScheduleReader<'_> {
         let sheet = SheetChoice::of(&section);
         let conversion = stated_conversion(&section, dimension);
         let outside = outside(&section, dimension);
+        let noise = held_face.and_then(|is_hot_face| Some((is_hot_face, section.optional("noise")?)));
+        let noise_k = noise.map(|(_, noise)| noise.positive(Dimension::TemperatureDifference)).transpose();
         section.deny_unknown_keys();
         let of_file = [("column", column), ("time", time), ("unit", unit)];
         let of_file = of_file.into_iter().find_map(|(key, written)| Some((key, written?)));
@@ -61,7 +79,18 @@ impl ScheduleReader<'_> {
                 .error("missing key \"file\": expected { file = \"flux.csv\" } or { points = [[\"0 s\", \"…\"], …] }")),
         };
         let (series, outside) = (series?, outside?);
-        self.covering_schedule(series, outside, written, dimension)
+        let (Some(noise_k), Some((is_hot_face, _))) = (noise_k?, noise) else {
+            return self.covering_schedule(series, outside, written, dimension);
+        };
+        let (times_s, values_k) = &series;
+        let (samples, found) = (times_s.len(), smoothed(times_s, values_k, noise_k));
+        let SmoothedSeries { series: smooth, residual_k, estimated_noise_k, steps_s } = found;
+        let corners = smooth.0.len();
+        let measured = self.covering_schedule(series, outside, written, dimension)?;
+        let driver =
+            SmoothedDriver { is_hot_face, noise_k, estimated_noise_k, measured, samples, residual_k, corners, steps_s };
+        self.references.record_driver(driver);
+        self.covering_schedule(smooth, outside, written, dimension)
     }
 
     /// The schedule of some points, which must cover the duration or have a value `outside`.

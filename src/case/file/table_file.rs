@@ -327,6 +327,31 @@ impl TableFile {
         columns.map(|(index, column)| (index, column.name.as_str()))
     }
 
+    /// Number of rows, and the times of the first and of the last of them, s; rows without a time are left out.
+    pub(super) fn span(&self, time: TimeColumn, diagnostics: &Diagnostics) -> ReadResult<(usize, (f64, f64))> {
+        let (scale, _) = self.seconds(time, diagnostics)?;
+        let rows = self.numbers.chunks_exact(self.columns.len()).map(|cells| cells[time.column.index]);
+        let mut times_s = rows.filter(|time| time.is_finite()).map(|cell| cell * scale + time.offset_s);
+        let first_s = times_s.next().unwrap_or(f64::NAN);
+        Ok((self.rows.len(), (first_s, times_s.next_back().unwrap_or(first_s))))
+    }
+
+    /// Scale and offset of the times to seconds.
+    fn seconds(&self, time: TimeColumn, diagnostics: &Diagnostics) -> ReadResult<(f64, f64)> {
+        let column = &self.columns[time.column.index];
+        match (&column.clock, time.column.conversion) {
+            (Some(clock), Some(_)) => {
+                let message = format!("times {:?} are {clock}: expected no `unit`", column.heading);
+                Err(diagnostics.record(&column.location, message))
+            }
+            (Some(_), None) => Ok((1.0, 0.0)),
+            (None, Some(stated)) => Ok(stated),
+            (None, None) => {
+                unit_scale(column, Dimension::Time, diagnostics, "expected a first column such as \"time_s\"")
+            }
+        }
+    }
+
     /// The name of the file in messages.
     pub(super) fn file(&self) -> Arc<str> {
         self.file.clone()
@@ -389,24 +414,15 @@ impl TableFile {
         jumps: bool,
         diagnostics: &Diagnostics,
     ) -> ReadResult<TimeSeries> {
-        let TimeColumn { column: ChosenColumn { index: time, conversion: stated_time }, offset_s } = time;
+        let seconds = self.seconds(time, diagnostics);
+        let TimeColumn { column: ChosenColumn { index: time, .. }, offset_s } = time;
         let ChosenColumn { index: column, conversion: stated } = column;
-        let (time_column, value) = (&self.columns[time], &self.columns[column]);
-        let expected = "expected a first column such as \"time_s\"";
-        if let (Some(clock), Some(_)) = (&time_column.clock, stated_time) {
-            let message = format!("times {:?} are {clock}: expected no `unit`", time_column.heading);
-            return Err(diagnostics.record(&time_column.location, message));
-        }
+        let value = &self.columns[column];
         if let Some(clock) = &value.clock {
             let message =
                 format!("column {:?} holds {clock}: expected {}", value.heading, dimension.name_and_example());
             return Err(diagnostics.record(&value.location, message));
         }
-        let seconds = match (&time_column.clock, stated_time) {
-            (Some(_), _) => Ok((1.0, 0.0)),
-            (None, Some(stated)) => Ok(stated),
-            (None, None) => unit_scale(time_column, Dimension::Time, diagnostics, expected),
-        };
         let example = match dimension {
             Dimension::HeatFlux => "flux_w_cm2".to_owned(),
             Dimension::Pressure => "pressure_kpa".to_owned(),

@@ -1,7 +1,7 @@
 //! Conversion of command-line arguments to options of the library.
 
 use crate::command::args::{
-    BackendArg, BoundsArg, CaseArgs, DerivativeArg, FitArgs, FormatArg, HistoryArgs, MarchArgs, MinimiserArg,
+    BackendArg, BoundsArg, DerivativeArg, FitArgs, FormatArg, HistoryArgs, MarchArgs, MinimiserArg,
     ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs,
 };
 use crate::command::exit::{Failure, input};

@@ -21,6 +21,13 @@ Examples:
   bondline init myestimate --template estimate
   bondline init --list";
 
+pub(super) const OBSERVATIONS: &str = "\
+Examples:
+  bondline observations cases/kaowool
+
+  # The numbers as JSON
+  bondline observations cases/lamp-test --json";
+
 pub(super) const PREDICT: &str = "\
 Examples:
   bondline predict cases/lcat-2259

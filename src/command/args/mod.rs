@@ -46,6 +46,9 @@ pub(crate) enum Command {
     /// A commented case to start from, written into a folder
     #[command(after_long_help = examples::INIT)]
     Init(InitArgs),
+    /// What was read of the measured data: rate, gaps, noise, spikes, stuck and open channels, drift
+    #[command(after_long_help = examples::OBSERVATIONS)]
+    Observations(CaseArgs),
     /// Temperatures and heat balance at nominal factors, compared with the observations
     #[command(after_long_help = examples::PREDICT)]
     Predict {

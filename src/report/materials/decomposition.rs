@@ -1,9 +1,10 @@
 //! Pores and decomposition of a material.
 
-use super::braille::{Curve, chart};
+use super::PLOT_ROWS;
 use super::{heading, sampled, table_text};
 use crate::case::Provenance;
 use crate::case::{Conductivity, Decomposition, Pores, PyrolysisHeat, ReactionScheme};
+use crate::report::braille::{Curve, chart};
 
 /// Usual heating rate and temperature range of thermogravimetry.
 const HEATING_RATE_K_MIN: f64 = 10.0;
@@ -65,5 +66,5 @@ pub(super) fn decomposition_text(decomposition: &Decomposition, virgin_kg_m3: f6
     let left = decomposition.remaining_mass_fractions(HEATING_RATE_K_MIN / 60.0, &temperatures_k);
     let curve = Curve { name: String::new(), points: temperatures_k.into_iter().zip(left).collect() };
     text += &format!("  residual mass at {HEATING_RATE_K_MIN} K/min\n");
-    text + &chart(&[curve], false, "temperature, K", |value| format!("{value:.3}")) + "\n"
+    text + &chart(&[curve], PLOT_ROWS, false, "temperature, K", |value| format!("{value:.3}")) + "\n"
 }

@@ -1,0 +1,41 @@
+//! The effect of smoothing the measured temperature of a held face on the prediction.
+
+use super::nominal::Prediction;
+use crate::case::{Case, SmoothedDriver};
+use crate::ensemble::Ensemble;
+use crate::march::{March, MarchError};
+use crate::plan::Plan;
+
+/// What smoothing the drivers of a case changes.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct DriverSmoothing {
+    /// The drivers.
+    pub drivers: Vec<SmoothedDriver>,
+    /// Largest difference between the predictions from the smoothed and from the measured temperatures, K, and its
+    /// time, s; one per sensor.
+    pub changes: Vec<(f64, f64)>,
+}
+
+/// March the case with the temperatures of held faces as measured, and compare with the prediction; `None` if none was
+/// smoothed.
+///
+/// # Errors
+/// When the device fails.
+pub fn driver_smoothing(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    nominal: &Prediction,
+) -> Result<Option<DriverSmoothing>, MarchError> {
+    let Some(exposure) = case.measured_exposure() else { return Ok(None) };
+    let traces = march.march(&plan.with_exposure(&exposure), &Ensemble::nominal(&case.factors), 0..1)?;
+    let change = |sensor: usize| {
+        let pairs = traces.trace(0, sensor).iter().zip(&nominal.temperatures_k[sensor]).zip(&nominal.instants_s);
+        let changes = pairs.map(|((measured_k, smoothed_k), time_s)| (smoothed_k - measured_k, *time_s));
+        changes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).unwrap_or((0.0, 0.0))
+    };
+    let changes = (0..case.sensors.len()).map(change).collect();
+    Ok(Some(DriverSmoothing { drivers: case.smoothed_drivers().to_vec(), changes }))
+}
