@@ -1,8 +1,8 @@
 //! Conversion of command-line arguments to options of the library.
 
 use crate::command::args::{
-    BackendArg, BoundsArg, DerivativeArg, FitArgs, FormatArg, HistoryArgs, MarchArgs, MinimiserArg,
-    ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs,
+    BackendArg, BoundsArg, DerivativeArg, FitArgs, FormatArg, HistoryArgs, MarchArgs, MinimiserArg, ObservationArgs,
+    PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
