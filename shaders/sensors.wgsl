@@ -1,6 +1,45 @@
 // Temperatures between nodes and thermocouple beads: twin of src/physics/sensors.rs.
 
 fn read_sensor(sensor: u32, step: u32) -> DoubleWord {
+    if LIMITS == 1u && is_limit_row(sensor) {
+        return read_hottest(sensor, step);
+    }
+    return read_face(sensor, step);
+}
+
+fn is_limit_row(sensor: u32) -> bool {
+    return plan.places[sensor].end_node + plan.places[sensor].faces > 0u;
+}
+
+fn read_hottest(sensor: u32, step: u32) -> DoubleWord {
+    let location = plan.places[sensor];
+    var hottest = real(0.0);
+    for (var i = location.first_node; i < location.end_node; i++) {
+        var excess = real(0.0);
+        if i > location.first_node && i + 2u < location.end_node {
+            let above = stretch(i - 1u);
+            let between = stretch(i);
+            let below = stretch(i + 1u);
+            excess = peak_excess(
+                array<real, 3>(above[0], between[0], below[0]),
+                array<real, 3>(above[1], between[1], below[1]),
+            );
+        }
+        hottest = max(hottest, temperatures[i].high + excess);
+    }
+    for (var face = sensor + 1u; face < sensor + 1u + location.faces; face++) {
+        let there = read_face(face, step);
+        hottest = max(hottest, there.high + there.low);
+    }
+    return DoubleWord(hottest, 0.0);
+}
+
+fn stretch(i: u32) -> array<real, 2> {
+    let length_m = cells[i].below_m + cells[i + 1u].above_m;
+    return array<real, 2>(difference(temperatures[i + 1u], temperatures[i]) / length_m, length_m);
+}
+
+fn read_face(sensor: u32, step: u32) -> DoubleWord {
     let location = plan.places[sensor];
     let i = location.cell;
     let ply = location.ply_above;

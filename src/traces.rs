@@ -15,6 +15,9 @@ pub struct Traces {
     pub instants: usize,
     /// Member × sensor × instant, K.
     pub temperatures_k: Vec<f64>,
+    /// Member × limit × instant, K: the hottest temperature of each part that has a temperature limit, in the order of
+    /// [`Case::limits`](crate::case::Case::limits); empty without limits.
+    pub limited_k: Vec<f64>,
     /// Member × gauge × instant, in the unit of each [`Gauge`]; empty where nothing decomposes and no gas flows.
     pub gauges: Vec<f64>,
     /// One per member.
@@ -215,6 +218,7 @@ impl Traces {
             sensors,
             instants,
             temperatures_k: Vec::new(),
+            limited_k: Vec::new(),
             gauges: Vec::new(),
             statuses: Vec::new(),
             balances: Vec::new(),
@@ -226,6 +230,7 @@ impl Traces {
     pub fn extend(&mut self, other: &Self, members: Range<usize>) {
         let (count, of) = (other.members(), &members);
         self.temperatures_k.extend_from_slice(member_slice(&other.temperatures_k, count, of));
+        self.limited_k.extend_from_slice(member_slice(&other.limited_k, count, of));
         self.gauges.extend_from_slice(member_slice(&other.gauges, count, of));
         self.statuses.extend_from_slice(member_slice(&other.statuses, count, of));
         self.balances.extend_from_slice(member_slice(&other.balances, count, of));
@@ -241,6 +246,16 @@ impl Traces {
     pub fn trace(&self, member: usize, sensor: usize) -> &[f64] {
         let start = (member * self.sensors + sensor) * self.instants;
         &self.temperatures_k[start..start + self.instants]
+    }
+
+    /// Hottest temperatures of one member in the part of a limit over the instants, K.
+    ///
+    /// # Panics
+    /// When there is no such limit.
+    pub fn limited(&self, member: usize, limit: usize) -> &[f64] {
+        let of_member = self.limited_k.len() / self.members();
+        let start = member * of_member + limit * self.instants;
+        &self.limited_k[start..start + self.instants]
     }
 
     /// Values of one gauge of one member over the instants; `None` where gauges were not recorded.
@@ -289,6 +304,7 @@ mod tests {
             sensors: 0,
             instants: 3,
             temperatures_k: Vec::new(),
+            limited_k: Vec::new(),
             gauges,
             statuses: vec![MemberStatus::Completed; 2],
             balances: Vec::new(),

@@ -17,6 +17,7 @@ mod golden; // nominal march of every shipped case against stored values
 mod import_graph; // imports between files have no cycle
 mod json_serialisation; // cases and answers as JSON, and the fingerprint of a case
 mod landscape; // maps of the objective against minimisations of it
+mod margins; // margins to temperature limits: exact solutions, exact distributions, the command
 mod measured_schedules; // schedules of thousands of noisy rows: cost and accuracy
 mod output_instants; // sample times between output instants
 #[cfg(unix)]

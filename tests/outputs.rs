@@ -212,6 +212,7 @@ fn written() -> &'static Written {
         let gas = gas.replace("0 W/cm^2", "300 K").replace("5 W/cm^2", "1300 K");
         scratch.write("bare/case.toml", CASE);
         scratch.write("own/case.toml", CASE.to_owned() + measured);
+        scratch.write("limited/case.toml", CASE.replacen("3 mm\"", "3 mm\"\nlimit = \"450 K\"", 1));
         scratch.write("other/case.toml", CASE.replacen("3 mm", "3.1 mm", 1) + measured);
         scratch.write("char/case.toml", decomposing_case() + measured);
         scratch.write("gas/case.toml", gas + measured);
@@ -229,6 +230,7 @@ fn written() -> &'static Written {
         written.run(&scratch, "predict cases/lcat-2259-pyrolysis --depth-profiles 5", &["cases/lcat-2259-pyrolysis"]);
         written.run(&scratch, "predict cases/permeation --depth-profiles 60s", &["cases/permeation"]);
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);
+        written.run(&scratch, "uncertainty limited -n 60", &["limited"]);
         written.run(&scratch, "sensitivity own", &["own"]);
         let estimate =
             "estimate own other --factors f_k,f_q --profile f_q --posterior --walkers 40 --mcmc-iterations 20";

@@ -275,7 +275,7 @@ pub(crate) fn without_run(mut summary: Value) -> Value {
     summary
 }
 
-/// All numbers of traces: temperatures, gauges, heats, masses and extremes.
+/// All numbers of traces: temperatures, those of limits, gauges, heats, masses and extremes.
 pub(crate) fn all_numbers(traces: &Traces) -> Vec<f64> {
     let heats = traces.balances.iter().flat_map(|b| {
         let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
@@ -284,7 +284,8 @@ pub(crate) fn all_numbers(traces: &Traces) -> Vec<f64> {
     });
     let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
     let gauges = traces.gauges.iter().copied();
-    traces.temperatures_k.iter().copied().chain(gauges).chain(heats).chain(extremes).collect()
+    let readings = traces.temperatures_k.iter().chain(&traces.limited_k).copied();
+    readings.chain(gauges).chain(heats).chain(extremes).collect()
 }
 
 /// Count of numbers that are not bit-identical, and of members whose status differs.

@@ -122,12 +122,14 @@ fn gauge_difference(gauge: Gauge, one: &[f64], other: &[f64]) -> f64 {
     place.checked_sub(1).map_or(0.0, |place| difference[place])
 }
 
-/// The largest difference between two marches of a member at any sensor and any instant after the prescribed start, K;
-/// infinite where either did not complete, as a maximum ignores NaN.
+/// The largest difference between two marches of a member after the prescribed start, at any sensor and in any part
+/// with a temperature limit, K; infinite where either did not complete, as a maximum ignores NaN.
 pub(super) fn largest_difference_k(one: &Traces, other: &Traces, member: usize) -> f64 {
     if [one, other].iter().any(|traces| traces.statuses[member] != MemberStatus::Completed) {
         return f64::INFINITY;
     }
-    let traces = (0..one.sensors).map(|sensor| [one, other].map(|traces| &traces.trace(member, sensor)[1..]));
-    traces.flat_map(|[one, other]| one.iter().zip(other)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    let limits = one.limited_k.len() / (one.members() * one.instants).max(1);
+    let sensors = (0..one.sensors).map(|sensor| [one, other].map(|traces| &traces.trace(member, sensor)[1..]));
+    let limits = (0..limits).map(|limit| [one, other].map(|traces| &traces.limited(member, limit)[1..]));
+    sensors.chain(limits).flat_map(|[one, other]| one.iter().zip(other)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }

@@ -10,6 +10,7 @@ use super::layup::{Layup, Ply, Sensor};
 use super::observation::Observation;
 use super::reading_notes::ReadingNotes;
 use super::resolution::Resolution;
+use super::temperature_limit::TemperatureLimit;
 use super::validation::{FieldPath, UniqueNames};
 use super::{Case, EstimationSettings};
 use crate::limits::{FACTORS, SENSORS, TEMPERATURES};
@@ -60,6 +61,8 @@ pub struct CaseBuilder {
     pub layup: Layup,
     /// As [`Case::sensors`].
     pub sensors: Vec<Sensor>,
+    /// As [`Case::limits`].
+    pub limits: Vec<TemperatureLimit>,
     /// As [`Case::exposure`].
     pub exposure: Exposure,
     /// As [`Case::gas`].
@@ -89,6 +92,7 @@ impl CaseBuilder {
             note: String::new(),
             layup,
             sensors: Vec::new(),
+            limits: Vec::new(),
             exposure,
             gas: None,
             factors: Vec::new(),
@@ -117,6 +121,7 @@ impl CaseBuilder {
             note,
             layup,
             sensors,
+            limits,
             exposure,
             gas,
             factors,
@@ -132,6 +137,7 @@ impl CaseBuilder {
             note,
             layup,
             sensors,
+            limits,
             exposure,
             gas,
             factors,
@@ -152,6 +158,7 @@ impl CaseBuilder {
         self.exposure.check(&case.child("exposure"));
         let layup = has_depths.then_some(&self.layup);
         self.check_sensors(&case.child("sensors"), layup);
+        self.check_limits(&case.child("limits"));
         if has_depths {
             self.check_gas(case);
         }
@@ -212,6 +219,15 @@ impl CaseBuilder {
         }
     }
 
+    fn check_limits(&self, at: &FieldPath<'_>) {
+        for (index, (at, limit)) in at.elements(&self.limits).enumerate() {
+            limit.check(&at, self.layup.plies.len(), self.sensors.len());
+            if self.limits[..index].iter().any(|other| other.part == limit.part) {
+                at.child("part").error(format!("second limit of a {}: expected one", limit.part.kind()));
+            }
+        }
+    }
+
     /// Consistency of gas, layup and faces.
     fn check_gas(&self, case: &FieldPath<'_>) {
         let (exposure, at) = (&self.exposure, case.child("gas"));
@@ -260,6 +276,7 @@ impl Case {
             note,
             layup,
             sensors,
+            limits,
             exposure,
             gas,
             factors,
@@ -277,6 +294,7 @@ impl Case {
             note,
             layup,
             sensors,
+            limits,
             exposure,
             gas,
             factors,

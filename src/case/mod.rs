@@ -27,6 +27,7 @@ mod resolution;
 mod smoothed_driver;
 mod suggestion;
 mod table;
+mod temperature_limit;
 mod thermogravimetry;
 pub mod unit;
 mod validation;
@@ -53,6 +54,7 @@ pub(crate) use resolution::MAX_CORNERS;
 pub use resolution::Resolution;
 pub use smoothed_driver::SmoothedDriver;
 pub use table::{OutOfRange, Schedule, Table};
+pub use temperature_limit::{LimitedPart, TemperatureLimit};
 
 use input_files::InputFiles;
 use reading_notes::ReadingNotes;
@@ -79,6 +81,8 @@ pub struct Case {
     pub(crate) note: String,
     pub(crate) layup: Layup,
     pub(crate) sensors: Vec<Sensor>,
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Vec::is_empty"))]
+    pub(crate) limits: Vec<TemperatureLimit>,
     pub(crate) exposure: Exposure,
     pub(crate) gas: Option<GasFlow>,
     pub(crate) factors: Vec<Factor>,
@@ -117,6 +121,16 @@ impl Case {
     /// Sensors, at least one.
     pub fn sensors(&self) -> &[Sensor] {
         &self.sensors
+    }
+
+    /// Temperature limits, at most one for each ply, interface and sensor.
+    pub fn limits(&self) -> &[TemperatureLimit] {
+        &self.limits
+    }
+
+    /// Name of the part that a limit is for: that of the ply or sensor; `INS2/GB` for an interface.
+    pub fn limited_part(&self, limit: &TemperatureLimit) -> String {
+        limit.part.name(&self.layup, &self.sensors)
     }
 
     /// Initial temperature, and boundary conditions through time.

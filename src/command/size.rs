@@ -7,8 +7,8 @@ use crate::command::run::{Run, load, too_many_failed};
 
 /// Run the study. Exit code 1 if more members failed than are allowed.
 pub(crate) fn run(args: &CaseArgs, size: &SizeArgs, sweep: &SweepArgs, resume: &ResumeArgs) -> Result<Output, Failure> {
-    let options = convert::size(size, sweep)?;
     let case = load(&args.case, &args.march)?;
+    let options = convert::size(size, sweep, &case)?;
     options.check(&case)?;
     let mut run = Run::open_resumable("size", args, case, resume)?;
     let sizing = run.session.size(&options)?;

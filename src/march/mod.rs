@@ -261,7 +261,21 @@ fn interpolate_records(records: Traces, plan: &Plan, rows_per_member: usize) -> 
         let rows = readings.temperatures_k.chunks_exact_mut((sensors * instants).max(1));
         rows.step_by(rows_per_member).for_each(|row| row[held.sensor * instants..][..instants].copy_from_slice(held_k));
     }
-    readings
+    separate_limits(readings, plan)
+}
+
+/// Traces with the readings of temperature limits apart from those of the sensors.
+fn separate_limits(readings: Traces, plan: &Plan) -> Traces {
+    if plan.limit_rows.is_empty() {
+        return readings;
+    }
+    let (rows, instants) = (readings.sensors, readings.instants);
+    let (mut temperatures_k, mut limited_k) = (Vec::new(), Vec::new());
+    for member in readings.temperatures_k.chunks_exact((rows * instants).max(1)) {
+        temperatures_k.extend_from_slice(&member[..plan.sensors * instants]);
+        limited_k.extend(plan.limit_rows.iter().flat_map(|row| &member[row * instants..][..instants]));
+    }
+    Traces { sensors: plan.sensors, temperatures_k, limited_k, ..readings }
 }
 
 /// Status of a member, from the step on which it diverged, if any, and the temperature range of each ply.

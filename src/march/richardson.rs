@@ -116,6 +116,7 @@ fn combine(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> Tr
         fine.iter_mut().zip(coarse).for_each(|(fine, &coarse)| *fine = beyond(*fine, coarse));
     };
     all(&mut fine.temperatures_k, &coarse.temperatures_k);
+    all(&mut fine.limited_k, &coarse.limited_k);
     // Across a jump the errors of the two resolutions are not proportional.
     let front = |fine: f64, coarse: f64| if (fine - coarse).abs() > FRONT_JUMP_M { fine } else { beyond(fine, coarse) };
     let instants = fine.instants.max(1);
@@ -167,6 +168,7 @@ mod tests {
             sensors: 1,
             instants: 1,
             temperatures_k,
+            limited_k: Vec::new(),
             gauges: Vec::new(),
             balances: vec![Balance::default(); statuses.len()],
             extremes_k: Vec::new(),

@@ -82,6 +82,7 @@ pub(crate) fn constants() -> Vec<(String, f64)> {
         ("VIRGIN_LOG_ODDS", gauges::VIRGIN_LOG_ODDS),
         ("CHAR_LOG_ODDS", gauges::CHAR_LOG_ODDS),
         ("CONVERSION_MIN", gauges::CONVERSION_MIN),
+        ("BEND_MIN_K_M", thermocouple::BEND_MIN_K_M),
         ("GAMMA", GAMMA),
         ("DIVERGENCE_MARGIN_K", f64::from(step::DIVERGENCE_MARGIN_K)),
         ("DIVERGENCE_SPAN_K", f64::from(step::DIVERGENCE_SPAN_K)),

@@ -4,12 +4,59 @@ use super::Real;
 use super::compensated::{DoubleWord, add_unnormalized, difference};
 use super::material::{conductance_across, conductance_within};
 use super::member::Member;
-use super::thermocouple::{bead_response, covered_length, interface_temperature};
+use super::thermocouple::{bead_response, covered_length, interface_temperature, peak_excess};
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Temperature at a sensor's nominal or shifted depth.
+    /// Temperature at a sensor, or the highest of a part with a temperature limit.
     #[inline(always)]
     pub(super) fn read_sensor(&self, sensor: usize, step: usize) -> DoubleWord<R> {
+        if self.plan.has_limit_rows() && self.is_limit_row(sensor) {
+            return self.read_hottest(sensor, step);
+        }
+        self.read_face(sensor, step)
+    }
+
+    /// Whether a row reads the highest temperature of a part.
+    #[inline(always)]
+    fn is_limit_row(&self, sensor: usize) -> bool {
+        let location = self.plan.sensor_locations[sensor];
+        location.end_node + location.faces > 0
+    }
+
+    /// Highest temperature of a part with a temperature limit: of its nodes, of the parabolas between them, and of its
+    /// faces.
+    #[inline(always)]
+    fn read_hottest(&self, sensor: usize, step: usize) -> DoubleWord<R> {
+        let location = self.plan.sensor_locations[sensor];
+        let (first, end) = (location.first_node as usize, location.end_node as usize);
+        let zero = R::from_f64(0.0);
+        let mut hottest = zero;
+        for i in first..end {
+            let mut excess = zero;
+            if i > first && i + 2 < end {
+                let [above, between, below] = [self.stretch(i - 1), self.stretch(i), self.stretch(i + 1)];
+                excess = peak_excess([above[0], between[0], below[0]], [above[1], between[1], below[1]]);
+            }
+            hottest = hottest.max(self.thermal.temperatures[i].high + excess);
+        }
+        for face in sensor + 1..sensor + 1 + location.faces as usize {
+            let there = self.read_face(face, step);
+            hottest = hottest.max(there.high + there.low);
+        }
+        DoubleWord { high: hottest, low: zero }
+    }
+
+    /// Slope of the temperature from a node to the next, K/m, and the distance between them, m.
+    #[inline(always)]
+    fn stretch(&self, i: usize) -> [R; 2] {
+        let (cells, temperatures) = (&self.rows.cells, &self.thermal.temperatures);
+        let length_m = R::splat(cells[i].below_m) + R::splat(cells[i + 1].above_m);
+        [difference(temperatures[i + 1], temperatures[i]) / length_m, length_m]
+    }
+
+    /// Temperature at a sensor's nominal or shifted depth.
+    #[inline(always)]
+    fn read_face(&self, sensor: usize, step: usize) -> DoubleWord<R> {
         let (location, cells) = (self.plan.sensor_locations[sensor], &self.rows.cells);
         let (i, ply) = (location.cell as usize, location.ply_above as usize);
         let conductivity = self.conductivity_now(ply, i, step);

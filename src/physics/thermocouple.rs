@@ -4,6 +4,9 @@ use super::Real;
 use super::compensated::{DoubleWord, add_compensated, add_unnormalized, difference};
 use crate::plan::layout::{Bead, Sensor};
 
+/// Smallest bend of a parabola between two nodes, K/m: below it temperatures are equal to rounding.
+pub(super) const BEND_MIN_K_M: f64 = 1e-6;
+
 /// Temperature on the face between two nodes, weighted between its upper and its lower side.
 ///
 /// The flux between the nodes, extrapolated over half a cell, gives either side to second order, and keeps the jump
@@ -23,6 +26,32 @@ pub fn interface_temperature<R: Real>(
     let from_face = drop - flux * R::splat(sensor.below_m) / next;
     let fall = R::splat(sensor.above) * to_face + R::splat(sensor.below) * from_face;
     add_unnormalized(upper, -fall)
+}
+
+/// Height of a peak between two nodes above the upper one, K, from the slopes above, between and below the nodes, K/m,
+/// and the lengths of these stretches, m; zero without a peak.
+///
+/// It is the lower one of two parabolas, through the upper node and its neighbours and through the lower one and its
+/// neighbours: one alone would overshoot where a held face jumps.
+#[inline(always)]
+pub fn peak_excess<R: Real>(slopes_k_m: [R; 3], lengths_m: [R; 3]) -> R {
+    let [above, between, below] = slopes_k_m;
+    let [above_m, between_m, below_m] = lengths_m;
+    let upper = (above * between_m + between * above_m) / (above_m + between_m);
+    let lower = (between * below_m + below * between_m) / (between_m + below_m);
+    // The slope of a parabola between two points is the mean of its slopes at the points.
+    let twice = between + between;
+    parabola_excess(upper, twice - upper, between_m).min(parabola_excess(twice - lower, lower, between_m))
+}
+
+/// Height of the vertex of a parabola above its start, from the slopes at the start and at the end; zero if the vertex
+/// does not lie between them.
+#[inline(always)]
+pub fn parabola_excess<R: Real>(start_k_m: R, end_k_m: R, length_m: R) -> R {
+    let zero = R::from_f64(0.0);
+    let is_peak = start_k_m.ge_mask(zero) * (-end_k_m).ge_mask(zero);
+    let bend_k_m = R::from_f64(2.0) * (start_k_m - end_k_m);
+    is_peak * (start_k_m * start_k_m * length_m / bend_k_m.max(R::from_f64(BEND_MIN_K_M)))
 }
 
 /// Part of a stretch that a depth shift covers, m. The stretch begins at `start_m` and is `length_m` long. Without a

@@ -127,6 +127,12 @@ impl Plan {
             self.sensor_locations.iter().flat_map(|row| [row.ply_above, row.ply_below]),
             plies,
         )?;
+        for (row, place) in self.sensor_locations.iter().enumerate() {
+            at_most("the last node of a limit", place.end_node as usize, cells)?;
+            at_most("the first node of a limit", place.first_node as usize, place.end_node as usize)?;
+            at_most("the last face of a limit", row + place.faces as usize + 1, self.sensor_locations.len())?;
+        }
+        below("the row of a limit", self.limit_rows.iter().map(|&row| row as u32), self.sensor_locations.len())?;
         for place in self.sensor_locations.iter().filter(|place| place.depth > 0) {
             at_most("nodes above a sensor", place.steps_above as usize, place.node_above as usize)?;
             below("a node below a sensor", [place.node_below + place.steps_below], cells)?;

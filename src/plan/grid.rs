@@ -5,6 +5,7 @@
 //! from the hot face: every reading is second order, and a grid of half the spacing lies on the same curve.
 
 use super::layout::{Cell, Sensor, SensorLocation};
+use super::limited_parts::LimitReading;
 use crate::case::{self, Case, Property, Side};
 
 /// Cells from hot face to back face, the cell range of each ply, and the sensors.
@@ -14,7 +15,7 @@ pub(super) struct Grid {
     pub cells: Vec<Cell<f64>>,
     /// First cell of each ply, and one past the last.
     pub plies: Vec<(usize, usize)>,
-    /// Location of each sensor, and its interpolation data.
+    /// Location of each sensor, and its interpolation data; then the rows of the temperature limits.
     pub sensors: Vec<(SensorLocation<u32>, Sensor<f64>)>,
 }
 
@@ -124,7 +125,15 @@ impl Grid {
             plies.push((first, cells.len()));
         }
         link_cells(&mut cells, case, &faces_m);
-        let sensors = case.sensors.iter().map(|sensor| locate_sensor(&cells, &plies, &faces_m, sensor, case)).collect();
+        let mut sensors: Vec<_> =
+            case.sensors.iter().map(|sensor| locate_sensor(&cells, &plies, &faces_m, sensor, case)).collect();
+        for LimitReading { nodes_of, faces } in LimitReading::of_case(case) {
+            let rows = faces.iter().map(|face| locate_sensor(&cells, &plies, &faces_m, face, case));
+            let rows: Vec<_> = rows.collect();
+            let nodes = nodes_of.map_or((0, 0), |ply| plies[ply]);
+            sensors.push(locate_part(nodes, rows.len()));
+            sensors.extend(rows);
+        }
         Self { cells, plies, sensors }
     }
 }
@@ -248,8 +257,29 @@ pub(super) fn locate_sensor(
         steps_above: node_steps_within(above_m, (1.0 - low) * depth_m, upwards),
         node_below: node_below as u32,
         steps_below: node_steps_within(below_m, (high - 1.0) * depth_m, downwards),
+        first_node: 0,
+        end_node: 0,
+        faces: 0,
     };
     (place, Sensor { above, below, above_m, below_m, depth_m })
+}
+
+/// The row of a part with a temperature limit: the highest of some nodes, and of the faces in the rows after it.
+fn locate_part((first, end): (usize, usize), faces: usize) -> (SensorLocation<u32>, Sensor<f64>) {
+    let place = SensorLocation {
+        cell: 0,
+        ply_above: 0,
+        ply_below: 0,
+        depth: 0,
+        node_above: 0,
+        steps_above: 0,
+        node_below: 0,
+        steps_below: 0,
+        first_node: first as u32,
+        end_node: end as u32,
+        faces: faces as u32,
+    };
+    (place, Sensor { above: 0.0, below: 0.0, above_m: 0.0, below_m: 0.0, depth_m: 0.0 })
 }
 
 /// Number of node-to-node steps that start within `reach_m`, the first at `first_m`.

@@ -107,7 +107,22 @@ rows! {
     /// Location of a sensor: the cell above its face, the plies of that cell and the next, and the factor column of its
     /// depth. With a depth factor also the nearest nodes above and below the face, and how many node-to-node steps the
     /// bounds of the factor reach on either side.
-    u32 SensorLocation { cell, ply_above, ply_below, depth, node_above, steps_above, node_below, steps_below }
+    ///
+    /// The row of a part with a temperature limit reads the highest of its nodes from `first_node` to `end_node` and of
+    /// the `faces` rows after it. Other rows have neither.
+    u32 SensorLocation {
+        cell,
+        ply_above,
+        ply_below,
+        depth,
+        node_above,
+        steps_above,
+        node_below,
+        steps_below,
+        first_node,
+        end_node,
+        faces,
+    }
 
     /// First-order lag of a thermocouple bead over a step: weights of the readings at the start and at the end.
     real Bead { start, end }

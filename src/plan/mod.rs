@@ -22,6 +22,7 @@ pub(crate) mod layout;
 #[cfg(feature = "internals")]
 #[expect(missing_docs, reason = "not part of the public interface")]
 pub mod layout;
+mod limited_parts;
 mod ply_data;
 mod step_data;
 mod tables;
@@ -48,6 +49,7 @@ use step_data::{lag_weights, records_at_steps};
 use tables::{Tables, state_count};
 pub(crate) use time_grid::instants_s;
 pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeStepControl};
+use time_tolerance::time_tolerance_s;
 
 /// Estimated discretisation error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
 /// the instants; for other gauges relative to their peak, at every instant.
@@ -62,7 +64,8 @@ pub struct GaugeError {
     pub tolerance: f64,
 }
 
-/// Estimated discretisation errors. A temperature error is the largest at any sensor and instant, K.
+/// Estimated discretisation errors. A temperature error is the largest at any sensor and in any part with a temperature
+/// limit, at any instant, K.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -127,8 +130,14 @@ pub struct Plan {
     pub(crate) conductivity_columns: Vec<ConductivityColumns<u32>>,
     /// Factor columns of the hot face and of the back face.
     pub(crate) face_columns: [FaceColumns<u32>; 2],
-    /// Location of each sensor.
+    /// Location of each sensor, then the rows of the temperature limits.
     pub(crate) sensor_locations: Vec<SensorLocation<u32>>,
+    /// Sensors of the case: the first of these rows.
+    pub(crate) sensors: usize,
+    /// Row of each temperature limit of the case.
+    pub(crate) limit_rows: Vec<usize>,
+    /// Corners of the schedules, s; with temperature limits they are instants.
+    pub(crate) corners_s: Vec<f64>,
     /// Whether a factor scales the depth of a sensor; the march skips displaced readings otherwise.
     pub(crate) has_depth_factors: bool,
     /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
@@ -255,7 +264,7 @@ impl Plan {
             step_lengths_s: time_grid.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
             tables: Arc::clone(&tables.values),
             sensors,
-            beads: lag_weights(case, &time_grid),
+            beads: lag_weights(case, &time_grid, places.len()),
             cells: grid.cells,
         };
         Self {
@@ -270,6 +279,9 @@ impl Plan {
             conductivity_columns: conductions,
             face_columns: face_columns(case),
             has_depth_factors: places.iter().any(|place| place.depth > 0),
+            sensors: case.sensors.len(),
+            limit_rows: limited_parts::limit_rows(case),
+            corners_s: time_grid.corners_s,
             sensor_locations: places,
             conductivity_parts: parts,
             pressure_levels: levels,
@@ -347,6 +359,18 @@ impl Plan {
     /// Offset of the table of the faces.
     pub fn face_table(&self) -> usize {
         self.data.tables.len() - TABLE_NODES * FACE_COLUMNS
+    }
+
+    /// Whether there are rows of temperature limits.
+    pub(crate) fn has_limit_rows(&self) -> bool {
+        self.sensor_locations.len() > self.sensors
+    }
+
+    /// Whether an instant is a corner of a schedule.
+    pub(crate) fn is_corner(&self, instant: usize) -> bool {
+        let close_s = time_tolerance_s(self.times_s[self.times_s.len() - 1]);
+        let next = self.corners_s.partition_point(|&corner_s| corner_s < self.instants_s[instant] - close_s);
+        self.corners_s.get(next).is_some_and(|&corner_s| corner_s <= self.instants_s[instant] + close_s)
     }
 
     /// Number of gauges recorded at every instant: all, or none.

@@ -18,6 +18,8 @@ pub struct TimeGrid {
     pub instants_s: Vec<f64>,
     /// Interpolation of the instants between steps; `None` where steps end on all of them.
     pub(super) interpolation: Option<RecordInterpolation>,
+    /// Major corners of the schedules, s; the first is zero.
+    pub(super) corners_s: Vec<f64>,
 }
 
 /// Rule for the step lengths, before steps are subdivided.
@@ -149,7 +151,13 @@ impl TimeGrid {
         let ends_on_all = ends_on_instants && forcing.corners_s.len() <= MAX_CORNERS;
         let corners_s = if ends_on_all { &forcing.corners_s } else { &forcing.major_corners_s };
         let corners_s = sort_and_deduplicate(corners_s.clone(), duration_s);
-        let instants_s = instants_s(case);
+        let mut instants_s = instants_s(case);
+        let major_corners_s = sort_and_deduplicate(forcing.major_corners_s.clone(), duration_s);
+        if !case.limits.is_empty() {
+            // A peak may lie on a corner, where no interpolation between instants finds it.
+            instants_s.extend(&major_corners_s);
+            instants_s = sort_and_deduplicate(instants_s, duration_s);
+        }
 
         // At a jump of the pressure a record holds the gauges after the jump, so an earlier instant must not be
         // interpolated towards it: steps also end on the last instant before such a jump, and interpolation stays on
@@ -172,7 +180,7 @@ impl TimeGrid {
             append_steps(&mut times_s, leg[0], leg[1], corner_s, control, subdivisions);
         }
         let interpolation = (!ends_on_instants).then(|| RecordInterpolation::new(&times_s, &breaks_s, &instants_s));
-        Self { times_s, instants_s, interpolation }
+        Self { times_s, instants_s, interpolation, corners_s: major_corners_s }
     }
 }
 

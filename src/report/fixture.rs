@@ -91,6 +91,8 @@ fn nominal(strength: f64) -> Prediction {
         instants_s: instants(),
         peaks: temperatures_k.iter().map(|trace| peak(trace)).collect(),
         temperatures_k,
+        limited_k: Vec::new(),
+        margins: Vec::new(),
         gauge_traces: Vec::new(),
         status: MemberStatus::Completed,
         balance: Balance {
@@ -198,6 +200,7 @@ fn case() -> Case {
             .to_owned(),
         layup,
         sensors,
+        limits: Vec::new(),
         gas: None,
         exposure: Exposure {
             duration_s: 200.0,
@@ -313,6 +316,7 @@ fn uncertainty(case: &Case, nominal: &Prediction) -> Uncertainty {
         bounds: Bounds::Small,
         seed: 1,
         sampling: "normal",
+        has_independent_members: true,
         requested: 5000,
         members: 5000,
         completed: 4997,
@@ -323,6 +327,7 @@ fn uncertainty(case: &Case, nominal: &Prediction) -> Uncertainty {
         }],
         instants_s: instants(),
         peaks: peaks.collect(),
+        margins: None,
         spreads,
     }
 }

@@ -20,6 +20,7 @@ mod fixture;
 mod format;
 mod history;
 mod html;
+mod margins;
 pub mod materials;
 mod nominal;
 mod observation_check;

@@ -4,10 +4,12 @@ mod figures;
 mod gas;
 
 use super::figure::Figure;
+use super::files::json::JsonObject;
+use super::files::table::NamedFile;
 use super::html::table::{paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{shown_sensors, wrap};
-use super::{format, observations, uncertainty, warnings};
+use super::{ReportError, format, margins, observations, uncertainty, warnings};
 use crate::study::answers::Answers;
 use crate::study::nominal::{Misfit, Prediction};
 
@@ -17,11 +19,14 @@ impl Reportable for Prediction {
     }
 
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
-        gas::finding(&answers.case, self).map(|text| Finding { label: "Gas", text }).into_iter().collect()
+        let gas = gas::finding(&answers.case, self).map(|text| Finding { label: "Gas", text });
+        margins::finding(answers, self).into_iter().chain(gas).collect()
     }
 
     fn warnings(&self, answers: &Answers) -> Vec<String> {
-        warnings::march_warnings(&answers.case, self, "nominal")
+        let mut warnings = warnings::march_warnings(&answers.case, self, "nominal");
+        warnings.extend(margins::warnings(answers, self));
+        warnings
     }
 
     fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
@@ -34,10 +39,19 @@ impl Reportable for Prediction {
     fn sections(&self, answers: &Answers) -> Vec<Section> {
         let gas = if gas::decomposes(&answers.case) { "Decomposition and gas" } else { "Gas" };
         vec![
+            Section::new("margins", "Margins", margins::page(answers, self)),
             Section::new("nominal", "Nominal", page(answers, self)),
             // These charts have no table: the caption, which has the numbers, comes first.
             Section { captions_above: true, ..Section::new("gas", gas, String::new()) },
         ]
+    }
+
+    fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
+        Ok(margins::csv(answers, self)?.into_iter().collect())
+    }
+
+    fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
+        margins::write_summary(answers, self, record)
     }
 
     fn screen(&self, answers: &Answers, room: &ScreenLimits) -> Vec<String> {
@@ -50,6 +64,7 @@ impl Reportable for Prediction {
             Some(outcome) => uncertainty::lines(answers, outcome, sensors, room),
             None => table_on_screen(answers, self, sensors),
         };
+        lines.extend(margins::lines(answers, self));
         lines.extend(gas);
         lines
     }

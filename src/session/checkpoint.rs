@@ -243,7 +243,7 @@ impl SweepKeeper {
             let text = |range: &Range<usize>| format!("{}..{}", range.start, range.end);
             return Err(other("members", text(&(start..end)), text(part)).into());
         }
-        let restored = statistics.restored(piece.numbers(), piece.kept().clone(), &piece.failures());
+        let restored = statistics.restored(piece.numbers(), piece.kept().clone(), piece.margins(), &piece.failures());
         let restored = restored.filter(|restored| restored.members() == end - start);
         let damaged = || InputError::general(format!("{folder}: damaged: its numbers do not agree with each other"));
         Ok(Some((restored.ok_or_else(damaged)?, end)))

@@ -61,8 +61,9 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
     let traces = first.nominal(case.sensors.len());
     let temperatures = case.sensors.len() * plan.instants_s.len();
     let envelope = first.envelope();
-    if (traces.temperatures_k.len(), traces.gauges.len(), traces.extremes_k.len())
-        != (temperatures, plan.gauges() * plan.instants_s.len(), case.layup.plies.len())
+    let (limited, gauges) = (case.limits.len() * plan.instants_s.len(), plan.gauges() * plan.instants_s.len());
+    if (traces.temperatures_k.len(), traces.limited_k.len(), traces.gauges.len(), traces.extremes_k.len())
+        != (temperatures, limited, gauges, case.layup.plies.len())
         || (envelope.below_k.len(), envelope.above_k.len()) != (temperatures, temperatures)
     {
         return Err(damaged_file(path));
@@ -90,7 +91,7 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
                 same.path.display()
             )));
         }
-        let part = whole.restored(piece.numbers(), piece.kept().clone(), &piece.failures());
+        let part = whole.restored(piece.numbers(), piece.kept().clone(), piece.margins(), &piece.failures());
         let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged_file(at))?;
         whole.merge(&part);
         let Piece { members, backend, .. } = piece;

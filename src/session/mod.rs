@@ -435,7 +435,7 @@ impl Session {
     pub fn march(&mut self, points: &Ensemble) -> Result<Traces, SessionError> {
         self.check_points(points, &[])?;
         self.with_march(points.len(), self.options.precision, |plan, march| {
-            let mut traces = Traces::empty(0, plan.sensor_locations.len(), plan.instants_s.len());
+            let mut traces = Traces::empty(0, plan.sensors, plan.instants_s.len());
             march.begin_sweep(points.len());
             march_all(march, plan, points, &mut |batch| traces.extend(&batch, 0..batch.members()))?;
             Ok(traces)

@@ -10,9 +10,11 @@ pub mod estimate;
 pub mod flux_inversion;
 #[cfg(feature = "serde")]
 pub(crate) mod kept_rows;
+pub mod margins;
 pub mod model_comparison;
 pub mod nominal;
 pub mod observation_check;
+pub(crate) mod peak;
 pub mod posterior;
 pub mod proportion;
 #[cfg(feature = "serde")]

@@ -1,5 +1,7 @@
 //! Predicted temperatures of a case.
 
+use super::margins::{Margin, MarginReader};
+pub use super::peak::Peak;
 use crate::case::{Case, Observation};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
@@ -18,6 +20,10 @@ pub struct Prediction {
     pub temperatures_k: Vec<Vec<f64>>,
     /// One per sensor.
     pub peaks: Vec<Peak>,
+    /// Limit × instant, K: the hottest temperature of each part that has a temperature limit.
+    pub limited_k: Vec<Vec<f64>>,
+    /// One per temperature limit of the case, in their order.
+    pub margins: Vec<Margin>,
     /// One per gauge, in the order of [`Gauge::ALL`]; empty where nothing decomposes and no gas flows.
     pub gauge_traces: Vec<GaugeTrace>,
     /// Status at the end of the march.
@@ -34,17 +40,6 @@ pub struct Prediction {
     pub cells: usize,
     /// Estimated discretisation error, where grid and time steps were adapted.
     pub error_estimate: Option<ErrorEstimate>,
-}
-
-/// Peak temperature of a trace.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-#[non_exhaustive]
-pub struct Peak {
-    /// The highest temperature, K.
-    pub temperature_k: f64,
-    /// Time of the peak, s.
-    pub time_s: f64,
 }
 
 /// One gauge over time, in its own unit.
@@ -99,6 +94,8 @@ impl Prediction {
         Self {
             instants_s: plan.instants_s.clone(),
             peaks: temperatures_k.iter().map(|trace| Peak::of(trace, &plan.instants_s)).collect(),
+            limited_k: (0..case.limits.len()).map(|limit| traces.limited(member, limit).to_vec()).collect(),
+            margins: MarginReader::new(case, plan).read(traces, member),
             gauge_traces: Gauge::ALL
                 .into_iter()
                 .filter_map(|gauge| Some(GaugeTrace::of(gauge, traces.gauge(member, gauge)?, &plan.instants_s)))
@@ -141,16 +138,6 @@ impl Prediction {
     /// Temperature of a sensor at the instant nearest to a time, K.
     pub fn temperature_at(&self, sensor: usize, time_s: f64) -> f64 {
         self.temperatures_k[sensor][nearest_instant(&self.instants_s, time_s)]
-    }
-}
-
-impl Peak {
-    /// The first maximum of a trace.
-    pub fn of(trace_k: &[f64], instants_s: &[f64]) -> Self {
-        let none = Self { temperature_k: f64::NEG_INFINITY, time_s: 0.0 };
-        trace_k.iter().zip(instants_s).fold(none, |peak, (&temperature_k, &time_s)| {
-            if temperature_k > peak.temperature_k { Self { temperature_k, time_s } } else { peak }
-        })
     }
 }
 

@@ -62,6 +62,15 @@ pub fn quantile_ranks_95(draws: usize, probability: f64) -> (Option<usize>, Opti
     ((low >= 1).then_some(low), (high <= draws).then_some(high))
 }
 
+/// Rank, counted from one, of the smallest ordered draw that is above a quantile with a given confidence, for any
+/// distribution: a one-sided tolerance bound (Wilks, Ann. Math. Stat. 12, 1941); `None` where there are too few draws.
+pub fn upper_bound_rank(draws: usize, content: f64, confidence: f64) -> Option<usize> {
+    // The number of draws below the quantile is binomial: P(X ≤ rank − 1) ≥ confidence.
+    let below = Binomial::new(content, draws as u64).ok()?;
+    let rank = usize::try_from(below.inverse_cdf(confidence)).ok()? + 1;
+    (rank <= draws).then_some(rank)
+}
+
 /// 95 % range of the number of further draws below the draw of a rank (counted from one) among earlier ones. For any
 /// distribution the number is negative hypergeometric: binomial with a probability of Beta(rank, draws − rank + 1)
 /// (David & Nagaraja, *Order Statistics*, 2003, section 2.5). Each tail has at most 2.5 %.
@@ -152,6 +161,13 @@ mod tests {
         assert!((3780..=3880).contains(&within), "{low} to {high} hold {within} of 4000");
         // Negative control: the binomial interval of the check, which ignores the scatter of the thickness.
         assert!(clopper_pearson < 3500, "{clopper_pearson}");
+    }
+
+    /// Wilks' numbers of draws for 95 % confidence of 99 % content: 299 for the largest draw, 473 for the second one.
+    #[test]
+    fn the_tolerance_bound_is_the_largest_draw_from_299_on_and_the_second_largest_from_473_on() {
+        let rank = |draws| upper_bound_rank(draws, 0.99, 0.95);
+        assert_eq!([298, 299, 472, 473].map(rank), [None, Some(299), Some(472), Some(472)]);
     }
 
     #[test]

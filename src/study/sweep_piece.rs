@@ -6,6 +6,7 @@
 //! the bit. The text of the piece follows its checksum.
 
 use super::checksum::{Checksum, sealed, unsealed};
+use super::margins::MarginSamples;
 use super::nominal::Prediction;
 use super::run_record::RunRecord;
 use super::simultaneous_band::Envelope;
@@ -41,6 +42,8 @@ pub struct Piece {
     numbers: Vec<i128>,
     /// Stored traces of those of the first members of the sweep that are in this piece.
     kept: BTreeMap<usize, Vec<i32>>,
+    #[serde(default, skip_serializing_if = "MarginSamples::is_empty")]
+    margins: MarginSamples,
 }
 
 /// Identity of the case.
@@ -99,6 +102,9 @@ struct NominalRecord {
     /// The envelope that scales deviations of temperatures, K.
     below_k: Vec<f64>,
     above_k: Vec<f64>,
+    /// Of the parts with temperature limits.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    limited_k: Vec<f64>,
     gauges: Vec<f64>,
     balance: Balance,
     extremes_k: Vec<(f64, f64)>,
@@ -142,12 +148,14 @@ impl Piece {
                 temperatures_k: nominal.temperatures_k.concat(),
                 below_k: gathered.envelope().below_k.clone(),
                 above_k: gathered.envelope().above_k.clone(),
+                limited_k: nominal.limited_k.concat(),
                 gauges: nominal.gauge_traces.iter().flat_map(|reading| reading.values.iter().copied()).collect(),
                 balance: nominal.balance,
                 extremes_k: nominal.extremes_k.clone(),
             },
             numbers: gathered.to_integers(),
             kept: gathered.stored_traces().clone(),
+            margins: gathered.margin_samples().clone(),
         }
     }
 
@@ -158,8 +166,8 @@ impl Piece {
         let (case, draw, backend, run) = (self.case.clone(), self.draw.clone(), self.backend.clone(), self.run.clone());
         let members = self.members.start..self.members.start + gathered.members();
         let (numbers, kept) = (gathered.to_integers(), gathered.stored_traces().clone());
-        let failures = failure_records(gathered);
-        Self { run, case, draw, backend, members, equal_pieces: None, failures, nominal, numbers, kept }
+        let (failures, margins) = (failure_records(gathered), gathered.margin_samples().clone());
+        Self { run, case, draw, backend, members, equal_pieces: None, failures, nominal, numbers, kept, margins }
     }
 
     /// The JSON text: the checksum of the piece, then the piece.
@@ -184,7 +192,7 @@ impl Piece {
 
     /// Checksum of the statistics, which two pieces of the same members have in common.
     pub fn statistics_checksum(&self) -> String {
-        let statistics = (&self.numbers, &self.kept, &self.failures);
+        let statistics = (&self.numbers, &self.kept, &self.margins, &self.failures);
         let mut checksum = Checksum::default();
         serde_json::to_writer(&mut checksum, &statistics).expect("numbers and texts can be written");
         checksum.to_hex()
@@ -192,7 +200,7 @@ impl Piece {
 
     /// The piece without its statistics, which are large.
     pub(crate) fn without_statistics(self) -> Self {
-        Self { numbers: Vec::new(), kept: BTreeMap::new(), ..self }
+        Self { numbers: Vec::new(), kept: BTreeMap::new(), margins: MarginSamples::default(), ..self }
     }
 
     /// Whether both pieces have the same nominal march, to the bit.
@@ -207,6 +215,7 @@ impl Piece {
             sensors,
             instants: self.nominal.temperatures_k.len() / sensors.max(1),
             temperatures_k: self.nominal.temperatures_k.clone(),
+            limited_k: self.nominal.limited_k.clone(),
             gauges: self.nominal.gauges.clone(),
             statuses: vec![MemberStatus::Completed],
             balances: vec![self.nominal.balance],
@@ -222,6 +231,11 @@ impl Piece {
             first: record.first,
         };
         self.failures.iter().map(failure).collect()
+    }
+
+    /// Margins of the members.
+    pub fn margins(&self) -> &MarginSamples {
+        &self.margins
     }
 
     /// Stored traces of the first members, in quanta.

@@ -1,5 +1,6 @@
 //! Monte Carlo uncertainty of the prediction, and its attribution to factors.
 
+use super::margins::{MarginReader, MarginSamples, MarginStatistics};
 use super::nominal::{Peak, Prediction};
 use super::simultaneous_band::{COVERAGE_PERCENT, Envelope, SimultaneousBand, TraceCoverage};
 use super::statistics::{Accumulator, BLOCK, SensitivityIndices};
@@ -22,6 +23,8 @@ pub struct Uncertainty {
     pub bounds: Bounds,
     /// `normal`, `uniform`, `lhs`, `sobol`.
     pub sampling: &'static str,
+    /// Whether the members are drawn independently of each other, as intervals by order statistics assume.
+    pub has_independent_members: bool,
     /// Whether the factors are independent; if not, the indices of [`SensitivityIndices`] are those for correlated
     /// factors.
     pub is_independent: bool,
@@ -39,6 +42,8 @@ pub struct Uncertainty {
     pub spreads: Vec<Spread>,
     /// Distribution of each sensor's peak over the members.
     pub peaks: Vec<PeakSpread>,
+    /// Margins to the temperature limits of the case; `None` without limits or completed members.
+    pub margins: Option<MarginStatistics>,
 }
 
 /// Members that failed for one reason.
@@ -135,6 +140,8 @@ const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 pub struct SweepStatistics {
     accumulator: Accumulator,
     traces: TraceCoverage,
+    margins: MarginSamples,
+    limits_k: Vec<f64>,
     bounds: Bounds,
     is_independent: bool,
     /// Number of failures and first member, by reason.
@@ -168,7 +175,9 @@ impl SweepStatistics {
         let (reference, marginals) = reference_values(case, nominal, bounds, kind);
         let (accumulator, is_independent) = (Accumulator::new(&reference, &marginals), case.correlation.is_empty());
         let traces = TraceCoverage::new(&nominal.temperatures_k, envelope);
-        Self { accumulator, traces, bounds, is_independent, failures: BTreeMap::new() }
+        let limits_k: Vec<f64> = case.limits.iter().map(|limit| limit.limit_k).collect();
+        let margins = MarginSamples::new(limits_k.len());
+        Self { accumulator, traces, margins, limits_k, bounds, is_independent, failures: BTreeMap::new() }
     }
 
     /// March some members of an ensemble and accumulate them. `watch` receives the statistics up to and with each
@@ -186,7 +195,8 @@ impl SweepStatistics {
         watch: &mut dyn FnMut(&Self, &Ensemble, &Traces),
     ) -> Result<(), MarchError> {
         let (mut outputs, mut factors, mut is_complete) = (Vec::new(), Vec::new(), Vec::new());
-        march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
+        let reader = MarginReader::new(case, plan);
+        let marched = march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 outputs.extend(traces.member(member));
                 let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));
@@ -196,6 +206,9 @@ impl SweepStatistics {
                 outputs.extend(self.traces.max_deviations(traces.member(member)));
                 if traces.statuses[member] == MemberStatus::Completed {
                     self.traces.store(traces.first + member, traces.member(member));
+                    if !self.margins.is_empty() {
+                        self.margins.add(&reader.read(&traces, member), traces.balances[member].hot_in_j_m2);
+                    }
                 }
                 factors.extend(ensemble.member(traces.first + member));
                 is_complete.push(traces.statuses[member] == MemberStatus::Completed);
@@ -210,7 +223,9 @@ impl SweepStatistics {
                 }
             }
             watch(self, ensemble, &traces);
-        })
+        });
+        self.margins.sort();
+        marched
     }
 
     /// Add the statistics of other members about the same nominal march.
@@ -220,6 +235,7 @@ impl SweepStatistics {
     pub fn merge(&mut self, other: &Self) {
         self.accumulator.merge(&other.accumulator);
         self.traces.merge(&other.traces);
+        self.margins.merge(&other.margins);
         for (reason, &(members, first)) in &other.failures {
             self.add_failure(reason.clone(), members, first);
         }
@@ -263,9 +279,22 @@ impl SweepStatistics {
         self.traces.stored()
     }
 
-    /// Restored statistics about the same nominal march; `None` where the integers do not fit.
-    pub fn restored(&self, numbers: &[i128], traces: BTreeMap<usize, Vec<i32>>, failures: &[Failure]) -> Option<Self> {
+    /// Margins of the members.
+    pub fn margin_samples(&self) -> &MarginSamples {
+        &self.margins
+    }
+
+    /// Restored statistics about the same nominal march; `None` where the integers or the margins do not fit.
+    pub fn restored(
+        &self,
+        numbers: &[i128],
+        traces: BTreeMap<usize, Vec<i32>>,
+        margins: &MarginSamples,
+        failures: &[Failure],
+    ) -> Option<Self> {
         let mut restored = Self {
+            margins: margins.clone(),
+            limits_k: self.limits_k.clone(),
             accumulator: self.accumulator.restored_from(numbers)?,
             traces: self.traces.clone().with_stored(traces)?,
             failures: BTreeMap::new(),
@@ -274,7 +303,9 @@ impl SweepStatistics {
         failures
             .iter()
             .for_each(|failure| restored.add_failure(failure.reason.clone(), failure.members, failure.first));
-        Some(restored)
+        restored.margins.sort();
+        let completed = restored.accumulator.members() + restored.accumulator.excluded();
+        restored.margins.fits(restored.limits_k.len(), completed).then_some(restored)
     }
 
     /// The results from the members so far of a sweep of `requested` members.
@@ -317,6 +348,7 @@ impl SweepStatistics {
             seed: sampling.seed,
             bounds: self.bounds,
             sampling: sampling.kind.name(),
+            has_independent_members: matches!(sampling.kind, SamplingKind::Normal | SamplingKind::Uniform),
             is_independent: self.is_independent,
             requested,
             members: self.members(),
@@ -325,6 +357,7 @@ impl SweepStatistics {
             instants_s: nominal.instants_s.clone(),
             spreads: spreads.collect(),
             peaks: peaks.collect(),
+            margins: self.margins.statistics(&self.limits_k),
         }
     }
 }

@@ -144,6 +144,7 @@ impl Problem {
             observations: vec![placeholder_observations(&points, start_k)],
             layup,
             sensors,
+            limits: Vec::new(),
             gas: None,
             exposure: Exposure {
                 duration_s,

@@ -130,14 +130,14 @@ impl CommandResult {
     }
 
     #[track_caller]
-    fn exited_with(self, code: i32) -> Self {
+    pub(crate) fn exited_with(self, code: i32) -> Self {
         assert_eq!(self.code, code, "standard output:\n{}\nstandard error:\n{}", self.stdout, self.stderr);
         self
     }
 
     /// Expect each of these texts on standard error.
     #[track_caller]
-    fn with_stderr(self, fragments: &[&str]) -> Self {
+    pub(crate) fn with_stderr(self, fragments: &[&str]) -> Self {
         for fragment in fragments {
             assert!(self.stderr.contains(fragment), "no {fragment:?} in:\n{}", self.stderr);
         }

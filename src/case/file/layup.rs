@@ -1,4 +1,4 @@
-//! `[[ply]]`, `contact_conductance` and `[[sensor]]`.
+//! `[[ply]]`, `contact_conductance`, `[[sensor]]`, and the temperature limits of all.
 
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
@@ -7,7 +7,7 @@ use crate::case::layup::{DEPTH_TOLERANCE_M, rounded_mm};
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::validation::UniqueNames;
-use crate::case::{Layup, Ply, Sensor, Side};
+use crate::case::{Layup, LimitedPart, Ply, Sensor, Side, TemperatureLimit};
 use crate::limits::{PLIES, SENSORS};
 
 /// A ply and its key `contact_below`.
@@ -15,6 +15,11 @@ struct PlyEntry {
     ply: Ply,
     contact_below: Option<Option<f64>>,
 }
+
+/// Keys of temperature limits, which [`limits`] reads: of a ply or a sensor, and of the interface below a ply.
+const LIMIT: &str = "limit";
+const LIMIT_BELOW: &str = "limit_below";
+const LIMIT_KEYS: [&str; 2] = [LIMIT, LIMIT_BELOW];
 
 /// The layup from its hot face down.
 pub(super) fn layup(case: &TableReader<'_>, references: &ReferenceResolver<'_>) -> ReadResult<Layup> {
@@ -56,6 +61,7 @@ fn ply_entry(section: &TableReader<'_>, references: &ReferenceResolver<'_>, reac
     let contact_below = section.optional("contact_below").map(contact_conductance).transpose();
     let decomposes = section.optional("decomposition");
     let own = decomposes.map_or(Ok(true), ValueReader::boolean);
+    section.allow_keys(&LIMIT_KEYS);
     section.deny_unknown_keys();
     if let (Some(written), Ok(true), Ok(material)) = (decomposes, own, &material) {
         if material.decomposition.is_none() {
@@ -120,6 +126,7 @@ fn sensor(section: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Sensor
             _ => Ok(side),
         }
     });
+    section.allow_keys(&[LIMIT]);
     section.deny_unknown_keys();
     Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, lag_s: lag_s? })
 }
@@ -190,4 +197,42 @@ pub(super) fn part_below_held_face(
         Ok(Sensor { depth_m: layup.snap_to_face_m(sensor.depth_m), ..sensor })
     }))?;
     Ok((layup, sensors))
+}
+
+/// The temperature limits of plies, interfaces and sensors, in this order. Without a valid layup only the temperatures
+/// are read.
+pub(super) fn limits(
+    case: &TableReader<'_>,
+    marched: Option<(&Layup, &[Sensor])>,
+) -> ReadResult<Vec<TemperatureLimit>> {
+    let plies = tables(case, "ply")?;
+    let of_plies = plies.iter().enumerate().flat_map(|(index, section)| {
+        let written = LIMIT_KEYS.into_iter().filter_map(move |key| Some((key, section.optional(key)?)));
+        written.map(move |(key, written)| (index, key == LIMIT_BELOW, written))
+    });
+    let of_plies = of_plies.map(|(index, is_below, written)| {
+        let limit_k = written.positive(Dimension::Temperature);
+        if is_below && index + 1 == plies.len() {
+            return Err(written.error("`limit_below` needs a ply below: this is the last one"));
+        }
+        let Some((layup, _)) = marched else { return limit_k.map(|_| None) };
+        // Plies above a held face drop out.
+        let Some(ply) = (index + layup.plies.len()).checked_sub(plies.len()) else {
+            return Err(written.error("this ply lies above the held face, so its temperature is not computed"));
+        };
+        let part = if is_below { LimitedPart::Interface(ply) } else { LimitedPart::Ply(ply) };
+        limit_k.map(|limit_k| Some(TemperatureLimit { part, limit_k }))
+    });
+    let sensors = tables(case, "sensor")?;
+    let of_sensors = sensors.iter().enumerate().filter_map(|(index, section)| {
+        let limit_k = section.optional(LIMIT)?.positive(Dimension::Temperature);
+        Some(limit_k.map(|limit_k| Some(TemperatureLimit { part: LimitedPart::Sensor(index), limit_k })))
+    });
+    Ok(collect_all(of_plies.chain(of_sensors))?.into_iter().flatten().collect())
+}
+
+/// The tables of a list; other values are errors of the functions that read them whole.
+fn tables<'a>(case: &TableReader<'a>, key: &'static str) -> ReadResult<Vec<TableReader<'a>>> {
+    let list = case.optional(key).filter(|written| written.is_list()).map_or(Ok(Vec::new()), ValueReader::list)?;
+    collect_all(list.into_iter().filter(|written| written.is_table()).map(ValueReader::section))
 }

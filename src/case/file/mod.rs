@@ -279,6 +279,7 @@ fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: Stri
     let observations = observation::observations(top, references, sensors.as_deref().ok(), duration_s);
     let blowing = hot_face.as_ref().ok().and_then(|face| face.blowing);
     let marched = marched_layup(layup, sensors.clone(), hot_face);
+    let limits = layup::limits(top, marched.as_ref().ok().map(|(layup, sensors, _)| (layup, sensors.as_slice())));
     let covered = marched.as_ref().ok().zip(initial.as_ref().ok());
     let covered = covered.map_or(Ok(()), |((layup, ..), initial)| initial.check(layup.origin_m, layup.back_m()));
     let gas =
@@ -318,6 +319,7 @@ fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: Stri
         note: note?,
         layup,
         sensors,
+        limits: limits?,
         gas: gas?,
         exposure,
         factors: factors?,

@@ -408,6 +408,11 @@ impl<'a> TableReader<'a> {
         free.map(|entry| (entry.key.as_str(), entry.node.reader(self.diagnostics))).collect()
     }
 
+    /// Keys that are read elsewhere: they are known.
+    pub(super) fn allow_keys(&self, keys: &[&'static str]) {
+        self.requested_keys.borrow_mut().extend(keys);
+    }
+
     /// Record every key that was not requested as unknown.
     pub(super) fn deny_unknown_keys(&self) {
         let asked = self.requested_keys.borrow();

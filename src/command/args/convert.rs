@@ -272,12 +272,21 @@ fn quantity(text: &str) -> Result<HeatingQuantity, Failure> {
 }
 
 /// The ply to size, and the temperature limit of a sensor.
-pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs) -> Result<SizeOptions, Failure> {
+pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<SizeOptions, Failure> {
     let SizeArgs { ply, limit, probability, thickness_range } = size;
-    let (sensor, limit_text) = limit
-        .split_once('<')
-        .ok_or_else(|| input(format!("--limit {limit:?}: expected SENSOR < TEMPERATURE, such as \"TC4 < 623 K\"")))?;
-    let limit_k = dimensional(limit_text.trim_start_matches('='), Dimension::Temperature, "--limit")?;
+    let stated = |sensor: Option<&str>| SizeOptions::with_stated_limit(ply.as_str(), case, sensor);
+    let of_sensor = match limit.as_deref().map(|text| (text, text.split_once('<'))) {
+        None => stated(None)?,
+        Some((text, None)) => stated(Some(text.trim())).map_err(|_| {
+            let expected =
+                "expected SENSOR < TEMPERATURE, such as \"TC4 < 623 K\", or a sensor with a `limit` in the case";
+            input(format!("--limit {text:?}: {expected}"))
+        })?,
+        Some((_, Some((sensor, limit)))) => {
+            let limit_k = dimensional(limit.trim_start_matches('='), Dimension::Temperature, "--limit")?;
+            SizeOptions::new(ply.as_str(), sensor.trim(), limit_k)
+        }
+    };
     let within_m = match thickness_range.as_deref().map(|text| (text, text.split_once(':'))) {
         None => None,
         Some((_, Some((thinnest, thickest)))) => Some((
@@ -289,12 +298,7 @@ pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs) -> Result<SizeOptions, Fa
             return Err(input(format!("--thickness-range {text:?}: {expected}")));
         }
     };
-    Ok(SizeOptions {
-        probability: *probability,
-        thickness_range_m: within_m,
-        sweep: self::sweep(sweep),
-        ..SizeOptions::new(ply.as_str(), sensor.trim(), limit_k)
-    })
+    Ok(SizeOptions { probability: *probability, thickness_range_m: within_m, sweep: self::sweep(sweep), ..of_sensor })
 }
 
 fn dimensional(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {

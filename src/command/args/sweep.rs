@@ -59,9 +59,10 @@ pub(crate) struct SizeArgs {
     /// Ply to size, or a group whose plies are scaled together
     #[arg(long)]
     pub ply: String,
-    /// Limit of the peak temperature of a sensor, as "TC4 < 623 K"
+    /// Limit of the peak temperature of a sensor, as "TC4 < 623 K", or "TC4" with its `limit` in the case [default:
+    /// the one sensor with a `limit` in the case]
     #[arg(long)]
-    pub limit: String,
+    pub limit: Option<String>,
     /// Required probability that a member stays below the limit
     #[arg(long, default_value_t = 0.99)]
     pub probability: f64,

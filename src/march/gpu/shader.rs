@@ -121,6 +121,7 @@ pub(super) fn source_without_lengths(
         ("PATHS", plan.reaction_paths.len().max(1) as u32),
         ("HOLDER", u32::from(plan.has_holder)),
         ("DEPTHS", u32::from(plan.has_depth_factors)),
+        ("LIMITS", u32::from(plan.has_limit_rows())),
         ("HEAT_TOTALS", HEAT_TOTALS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
         ("COLUMNS_PER_LOAD", COLUMNS_PER_LOAD as u32),
@@ -198,12 +199,14 @@ pub fn loop_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let holder = if plan.has_holder { 4 * cells_by_ply } else { 0 };
     let steps = plan.sensor_locations.iter().map(|place| 2 + place.steps_above + place.steps_below);
     let displaced_sensors = if plan.has_depth_factors { steps.sum() } else { 0 };
+    let nodes = plan.sensor_locations.iter().map(|place| 2 + place.end_node - place.first_node + 2 * place.faces);
+    let hottest = if plan.has_limit_rows() { nodes.sum() } else { 0 };
     let state = with_exit(cells) + with_exit(sensors) + with_exit(plies) + with_exit(HEAT_TOTALS as u32);
     let around =
         with_exit(cells) + 2 * state + with_exit(plies) + with_exit(cells) + with_exit(plies) + cells_by_ply + 1;
     let (gas, gas_around) = gas_iterations(plan, threads);
     let (across, across_around) = if threads == 1 { (0, 0) } else { communication_iterations(plan, threads) };
-    (1 + advance + readings + holder + displaced_sensors + gas + across, around + gas_around + across_around)
+    (1 + advance + readings + holder + displaced_sensors + hottest + gas + across, around + gas_around + across_around)
 }
 
 /// Cells of a thread, at most.

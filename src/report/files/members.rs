@@ -341,6 +341,7 @@ mod tests {
             sensors: 2,
             instants: 3,
             temperatures_k: (0..12).map(|n| 300.0 + f64::from(n)).collect(),
+            limited_k: Vec::new(),
             gauges: Vec::new(),
             statuses: vec![MemberStatus::Diverged { time_s: 1.0 }, MemberStatus::Completed],
             balances: Vec::new(),

@@ -1,7 +1,7 @@
 //! Options of sizing.
 
 use super::{UncertaintyOptions, is_positive};
-use crate::case::Case;
+use crate::case::{Case, LimitedPart};
 use crate::session::error::{InputError, SessionError, index_of};
 use crate::study::proportion::min_draws_for_upper_bound;
 use crate::study::size::SizingRequirement;
@@ -34,6 +34,28 @@ impl SizeOptions {
             thickness_range_m: None,
             sweep: UncertaintyOptions::default(),
         }
+    }
+
+    /// The limit that a case states for a sensor, which 99 % of 5,000 members must stay below; without a name that of
+    /// the one sensor with a limit.
+    ///
+    /// # Errors
+    /// When no sensor, or more than one, has a limit in the case.
+    pub fn with_stated_limit(ply: impl Into<String>, case: &Case, sensor: Option<&str>) -> Result<Self, SessionError> {
+        let limits = case.limits.iter().filter_map(|limit| match limit.part {
+            LimitedPart::Sensor(index) => Some((case.sensors[index].name.as_str(), limit.limit_k)),
+            _ => None,
+        });
+        let stated: Vec<(&str, f64)> = limits.filter(|(name, _)| sensor.is_none_or(|sensor| sensor == *name)).collect();
+        if let [(sensor, limit_k)] = stated[..] {
+            return Ok(Self::new(ply, sensor, limit_k));
+        }
+        let names: Vec<&str> = stated.iter().map(|(name, _)| *name).collect();
+        let message = match names.len() {
+            0 => ": no sensor has a `limit` in the case: state one".to_owned(),
+            _ => format!(": several sensors have a `limit` in the case: choose one of {}", names.join(", ")),
+        };
+        Err(InputError::for_option("limit_k", message).into())
     }
 
     /// Check the options for a case, before any computation.

@@ -6,10 +6,10 @@ use crate::ensemble::{Sampling, SamplingKind};
 use crate::limits::{MEMBERS, STATISTICS_MIB};
 use crate::plan::instants_s;
 use crate::session::error::{InputError, SessionError};
-use crate::study::statistics;
 #[cfg(feature = "serde")]
 use crate::study::sweep_piece::SamplingRecord;
 use crate::study::uncertainty::Sweep;
+use crate::study::{margins, statistics};
 
 /// A Monte Carlo sweep over the factors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,11 +58,19 @@ impl UncertaintyOptions {
         }
         check_limit(&MEMBERS, self.members as f64, "members")?;
         let (sensors, instants, factors) = (case.sensors.len(), instants_s(case).len(), case.factors.len());
-        let mebibytes = statistics::bytes(sensors, instants, factors) / f64::from(1 << 20);
+        let margins = self.members as f64 * margins::bytes_per_member(case.limits.len());
+        let mebibytes = (statistics::bytes(sensors, instants, factors) + margins) / f64::from(1 << 20);
         STATISTICS_MIB.check(mebibytes).map_err(|message| {
             let kept = format!("of {sensors} sensors at {instants} instants, with {factors} factors");
-            InputError::general(format!("{message} {kept}: leave out sensors or lengthen `resolution.output_interval`"))
-                .into()
+            let (limits, members) = (case.limits.len(), self.members);
+            let (and, fewer) = match limits {
+                0 => (String::new(), ""),
+                _ => (format!(", and {members} peaks for each of {limits} limits"), "take fewer members, "),
+            };
+            InputError::general(format!(
+                "{message} {kept}{and}: {fewer}leave out sensors or lengthen `resolution.output_interval`"
+            ))
+            .into()
         })
     }
 }

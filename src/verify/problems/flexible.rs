@@ -42,6 +42,7 @@ pub fn flexible_layup() -> Case {
         note: String::new(),
         layup,
         sensors,
+        limits: Vec::new(),
         gas: None,
         exposure: Exposure {
             duration_s: 200.0,

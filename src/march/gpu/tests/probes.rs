@@ -17,7 +17,9 @@ use crate::physics::material::{
 };
 use crate::physics::surface_flux::{FaceScale, surface_flux};
 use crate::physics::table::{column_offset, integral, interpolate, table_index, table_segment};
-use crate::physics::thermocouple::{bead_response, covered_length, interface_temperature};
+use crate::physics::thermocouple::{
+    bead_response, covered_length, interface_temperature, parabola_excess, peak_excess,
+};
 use crate::physics::tridiagonal::{factorise, substitute};
 use crate::plan::Plan;
 use crate::plan::layout::{Bead, BoundaryForcing, Face, Reaction, Sensor, TABLE_NODES};
@@ -158,7 +160,7 @@ fn pair<W: Copy>(x: &[W], at: usize) -> DoubleWord<W> {
 /// Functions of no member state, with inputs of the size met in a march.
 fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
     let (hot, low, cold) = ((300.0, 1800.0), (-1e-4, 1e-4), (250.0, 2500.0));
-    let k = (0.01, 0.6);
+    let (k, slope) = ((0.01, 0.6), (-1e5, 1e5));
     vec![
         Probe {
             body: "let p = two_sum(x[0], x[1]); y[0] = p.high; y[1] = p.low;",
@@ -335,6 +337,18 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
                 let r = interface_temperature(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
                 put(y, &[r.high, r.low]);
             },
+        },
+        Probe {
+            body: "y[0] = peak_excess(array<real, 3>(x[0], x[1], x[2]), array<real, 3>(x[3], x[4], x[5]));",
+            inputs: vec![slope, slope, slope, (1e-4, 1e-3), (1e-4, 1e-3), (1e-4, 1e-3)],
+            outputs: 1,
+            twin: |x, _, y| put(y, &[peak_excess([x[0], x[1], x[2]], [x[3], x[4], x[5]])]),
+        },
+        Probe {
+            body: "y[0] = parabola_excess(x[0], x[1], x[2]);",
+            inputs: vec![slope, slope, (1e-4, 1e-3)],
+            outputs: 1,
+            twin: |x, _, y| put(y, &[parabola_excess(x[0], x[1], x[2])]),
         },
         Probe {
             body: "y[0] = covered_length(x[0], x[1], x[2], false); y[1] = covered_length(x[0], x[1], x[2], true);",

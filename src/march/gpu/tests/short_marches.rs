@@ -38,7 +38,7 @@ const INERT: &str = r#"
 contact_conductance = "500 W/m^2/K"
 ply = [
     { name = "C", material = "nextel440-bf20", thickness = "0.8 mm" },
-    { name = "F", material = "saffil-96", thickness = "3 mm" },
+    { name = "F", material = "saffil-96", thickness = "3 mm", limit = "500 K" },
 ]
 sensor = [
     { name = "A", below = "C", time_constant = "0.5 s" },
@@ -63,7 +63,7 @@ contact_conductance = "800 W/m^2/K"
 pressure.points = [["0 s", "100 Pa"], ["20 s", "20 kPa"]]
 pressure.outside = "hold"
 ply = [
-    { name = "C", material = "nextel440-bf20", thickness = "0.8 mm" },
+    { name = "C", material = "nextel440-bf20", thickness = "0.8 mm", limit = "900 K", limit_below = "700 K" },
     { name = "F", material = "pyrogel3350", thickness = "3 mm" },
 ]
 sensor = [
@@ -307,7 +307,8 @@ fn numbers(all: &Traces) -> (Vec<f64>, &[MemberStatus]) {
         faces.into_iter().chain([b.stored_j_m2]).chain(gas)
     });
     let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
-    let numbers = traces.temperatures_k.iter().chain(&traces.gauges).copied().chain(heats).chain(extremes);
+    let readings = traces.temperatures_k.iter().chain(&traces.limited_k);
+    let numbers = readings.chain(&traces.gauges).copied().chain(heats).chain(extremes);
     (numbers.collect(), &all.statuses)
 }
 

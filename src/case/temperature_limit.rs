@@ -1,0 +1,59 @@
+//! Temperature limits of plies, interfaces and sensors.
+
+use super::validation::{FieldPath, checked_index};
+use super::{Layup, Sensor};
+
+/// The highest temperature that a part of a case may reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct TemperatureLimit {
+    /// What the limit is for.
+    pub part: LimitedPart,
+    /// The limit, K.
+    pub limit_k: f64,
+}
+
+/// A part of a case that has a temperature limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+#[non_exhaustive]
+pub enum LimitedPart {
+    /// A ply, by its index: the limit is for its hottest point, inside or on one of its faces.
+    Ply(usize),
+    /// The interface below a ply, by the index of that ply: the limit is for the hotter of the two faces in contact.
+    Interface(usize),
+    /// A sensor, by its index: the limit is for its reading.
+    Sensor(usize),
+}
+
+impl LimitedPart {
+    /// `ply`, `interface` or `sensor`.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::Ply(_) => "ply",
+            Self::Interface(_) => "interface",
+            Self::Sensor(_) => "sensor",
+        }
+    }
+
+    /// Name of the part: that of the ply or sensor; `INS2/GB` for the interface between two plies.
+    pub(crate) fn name(self, layup: &Layup, sensors: &[Sensor]) -> String {
+        match self {
+            Self::Ply(ply) => layup.plies[ply].name.clone(),
+            Self::Interface(ply) => format!("{}/{}", layup.plies[ply].name, layup.plies[ply + 1].name),
+            Self::Sensor(sensor) => sensors[sensor].name.clone(),
+        }
+    }
+}
+
+impl TemperatureLimit {
+    /// Record all errors of the fields.
+    pub(super) fn check(&self, at: &FieldPath<'_>, plies: usize, sensors: usize) {
+        at.positive("limit_k", self.limit_k);
+        at.child("part").require(match self.part {
+            LimitedPart::Ply(ply) => checked_index(ply, plies, "ply"),
+            LimitedPart::Interface(ply) => checked_index(ply, plies.saturating_sub(1), "interface"),
+            LimitedPart::Sensor(sensor) => checked_index(sensor, sensors, "sensor"),
+        });
+    }
+}

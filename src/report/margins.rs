@@ -1,0 +1,437 @@
+//! Margins to the temperature limits of a case: of the nominal prediction and, after a sweep, of its members.
+
+mod record;
+
+pub(super) use record::write_summary;
+
+use super::files::table::{CsvTable, NamedFile, cell};
+use super::html::table::{list, table};
+use super::reportable::Finding;
+use super::{ReportError, format};
+use crate::case::TemperatureLimit;
+use crate::study::answers::Answers;
+use crate::study::margins::{HeatLoad, Margin, MarginSpread};
+use crate::study::nominal::Prediction;
+use crate::study::proportion::Proportion;
+
+/// Questions whose answer has margins.
+const QUESTIONS: [&str; 4] = ["predict", "uncertainty", "study", "merge"];
+/// Rows of the screen at most.
+const MAX_SCREEN_ROWS: usize = 6;
+
+/// A limit with the name of its part, the nominal margin, and that of the members.
+struct Row<'a> {
+    part: String,
+    limit: &'a TemperatureLimit,
+    nominal: &'a Margin,
+    spread: Option<&'a MarginSpread>,
+}
+
+fn rows<'a>(answers: &'a Answers, outcome: &'a Prediction) -> Vec<Row<'a>> {
+    if !QUESTIONS.contains(&answers.question) {
+        return Vec::new();
+    }
+    let spreads = answers.uncertainty.as_ref().and_then(|swept| swept.margins.as_ref());
+    let limits = answers.case.limits.iter().zip(&outcome.margins).enumerate();
+    let row = |(index, (limit, nominal)): (usize, (&'a TemperatureLimit, &'a Margin))| Row {
+        part: answers.case.limited_part(limit),
+        limit,
+        nominal,
+        spread: spreads.map(|spreads| &spreads.limits[index]),
+    };
+    limits.map(row).collect()
+}
+
+fn heat_load(answers: &Answers) -> Option<&HeatLoad> {
+    Some(&answers.uncertainty.as_ref()?.margins.as_ref()?.heat_load)
+}
+
+/// The part that is closest to its limit, or furthest above it.
+pub(super) fn finding(answers: &Answers, outcome: &Prediction) -> Option<Finding> {
+    let rows = rows(answers, outcome);
+    let row = rows.iter().min_by(|a, b| a.nominal.margin_k.total_cmp(&b.nominal.margin_k))?;
+    let side = if row.nominal.margin_k < 0.0 { "above" } else { "below" };
+    let nominal = format!(
+        "{} peaks at {} nominally, {} {side} its limit of {}",
+        row.part,
+        format::kelvin(row.nominal.peak.temperature_k),
+        format::temperature_difference(row.nominal.margin_k.abs()),
+        format::kelvin(row.limit.limit_k)
+    );
+    let members = row.spread.map_or(String::new(), |spread| {
+        format!(
+            "; {} of {} exceed it",
+            format::proportion(spread.exceeding),
+            format::counted(spread.exceeding.total, "member")
+        )
+    });
+    let smallest = if rows.len() > 1 { "Smallest margin: " } else { "" };
+    Some(Finding { label: "Margins", text: format!("{smallest}{nominal}{members}.") })
+}
+
+/// Warnings about limits and the run.
+pub(super) fn warnings(answers: &Answers, outcome: &Prediction) -> Vec<String> {
+    let rows = rows(answers, outcome);
+    let below_start = rows.iter().enumerate().filter_map(|(index, row)| {
+        let start_k = *outcome.limited_k.get(index)?.first()?;
+        (row.limit.limit_k < start_k).then(|| {
+            format!(
+                "The limit of {}, {}, is below its initial temperature of {}.",
+                row.part,
+                format::kelvin(row.limit.limit_k),
+                format::kelvin(start_k)
+            )
+        })
+    });
+    let warming: Vec<&str> = rows.iter().filter(|row| row.nominal.still_warming).map(|row| row.part.as_str()).collect();
+    let warming = (!warming.is_empty()).then(|| {
+        format!(
+            "At the end of the run {} still warms: its peak and its margin need a longer duration.",
+            format::list(&warming)
+        )
+    });
+    let failed = answers.uncertainty.as_ref().map_or(0, |swept| swept.members - swept.completed);
+    let failed = (failed > 0 && !rows.is_empty()).then(|| {
+        format!(
+            "{} without a peak: probabilities of exceeding a limit do not count failed members.",
+            format::counted(failed, "member")
+        )
+    });
+    below_start.chain(warming).chain(failed).collect()
+}
+
+/// The section of the page: one table with a column for each part, and what its numbers mean.
+pub(super) fn page(answers: &Answers, outcome: &Prediction) -> String {
+    let rows = rows(answers, outcome);
+    let Some(first) = rows.first() else { return String::new() };
+    let members = first.spread.map_or(String::new(), |spread| {
+        format!(", nominal and over {}", format::counted(spread.exceeding.total, "member"))
+    });
+    let mut names = NOMINAL_ROWS.to_vec();
+    if first.spread.is_some() {
+        names.extend(MEMBER_ROWS);
+    }
+    let columns: Vec<Vec<String>> = rows.iter().map(page_column).collect();
+    let titles: Vec<String> = rows.iter().map(|row| format!("{} {}", row.limit.part.kind(), row.part)).collect();
+    let head: Vec<&str> = std::iter::once("").chain(titles.iter().map(String::as_str)).collect();
+    let cells = names.iter().enumerate().map(|(row, name)| {
+        std::iter::once((*name).to_owned()).chain(columns.iter().map(|column| column[row].clone())).collect()
+    });
+    let cells: Vec<Vec<String>> = cells.collect();
+    table(&format!("Margins to the temperature limits{members}"), &head, &cells)
+        + &list(&notes(answers, outcome, &rows))
+}
+
+const NOMINAL_ROWS: [&str; 5] =
+    ["Limit, K", "Nominal peak, K", "Time of the peak, s", "Margin, K", "Time above the limit, s"];
+const MEMBER_ROWS: [&str; 12] = [
+    "Members above the limit, %",
+    "95 % interval, %",
+    "Mean ± 3σ of the peak, K",
+    "P95 of the peak, K",
+    "95 % interval, K",
+    "P99 of the peak, K",
+    "95 % interval, K",
+    "P99.87 of the peak, K",
+    "95 % interval, K",
+    "95/99 bound of the peak, K",
+    "Margin of the 95/99 bound, K",
+    "P95 of the time above the limit, s",
+];
+
+/// The cells of a part, in the order of the rows.
+fn page_column(row: &Row<'_>) -> Vec<String> {
+    let (nominal, limit_k) = (row.nominal, row.limit.limit_k);
+    let mut cells = vec![
+        format::trim_zeros(format::grouped(limit_k, 1)),
+        format::grouped(nominal.peak.temperature_k, 1),
+        format::grouped(nominal.peak.time_s, 1),
+        format::signed(nominal.margin_k, 1),
+        format::grouped(nominal.time_above_s, 1),
+    ];
+    let Some(spread) = row.spread else { return cells };
+    let share = format::proportion(spread.exceeding).replace(" %", "");
+    let (share, interval) = share.split_once(" (").unwrap_or((&share, ""));
+    cells.extend([share.to_owned(), interval.trim_end_matches(')').to_owned()]);
+    let three_k = format::significant(3.0 * spread.deviation_k, 2);
+    cells.push(format!("{} ± {three_k}", format::grouped(spread.mean_k, 1)));
+    for percentile in &spread.percentiles {
+        let end = |end_k: Option<f64>| end_k.map_or("–".to_owned(), |end_k| format::grouped(end_k, 1));
+        cells.push(format::grouped(percentile.value_k, 1));
+        cells.push(format!("{} to {}", end(percentile.low_k), end(percentile.high_k)));
+    }
+    let bound = |of: &dyn Fn(f64) -> String| spread.tolerance_bound_k.map_or("–".to_owned(), of);
+    cells.push(bound(&|bound_k| format::grouped(bound_k, 1)));
+    cells.push(bound(&|bound_k| format::signed(limit_k - bound_k, 1)));
+    cells.push(format::grouped(spread.time_above_p95_s, 1));
+    cells
+}
+
+/// What the numbers of the table mean, and what they leave out.
+fn notes(answers: &Answers, outcome: &Prediction, rows: &[Row<'_>]) -> Vec<String> {
+    let mut notes = vec![
+        "The peak is the highest temperature over the run: of a ply at its hottest point, inside or on a face; of an \
+         interface at the hotter of its two faces; of a sensor its reading. The margin is the limit minus the peak."
+            .to_owned(),
+    ];
+    let interpolated_k = rows.iter().map(|row| row.nominal.interpolated_k).fold(0.0, f64::max);
+    notes.push(format!(
+        "Temperatures are read at the output instants and at the corners of the schedules; a peak between them is the \
+         vertex of a parabola through three, which adds {} at most.",
+        if interpolated_k > 0.0 { format::temperature_difference(interpolated_k) } else { "nothing".to_owned() }
+    ));
+    let mut excluded = Vec::new();
+    if let Some(reached) = &outcome.error_estimate {
+        excluded.push(format!("the discretisation error ({})", format::temperature_difference(reached.nominal_k)));
+    }
+    let mut heat = format!(
+        "Heat into the hot face, net of its radiation while heat flows in: {} MJ/m² nominally",
+        megajoules(outcome.balance.hot_in_j_m2)
+    );
+    if let (Some(swept), Some(load)) = (&answers.uncertainty, heat_load(answers)) {
+        let members = format::counted(rows[0].spread.map_or(0, |spread| spread.exceeding.total), "member");
+        notes.push(format!(
+            "{members}: all factors vary together ({} bounds, {} sampling, seed {}) and never leave their bounds, so \
+             that the tails hold no value beyond them. Members above: the share whose peak exceeds the limit, with its \
+             95 % interval (Clopper–Pearson).",
+            swept.bounds.name(),
+            swept.sampling,
+            swept.seed
+        ));
+        notes.push(
+            "P95, P99 and P99.87 are percentiles of the members' peaks. Their 95 % intervals are members of certain \
+             ranks and hold for any distribution; a dash: too few members. 95/99 bound: with 95 % confidence at least \
+             99 % of all peaks are below it, for any distribution; it needs 299 members."
+                .to_owned(),
+        );
+        notes.push(
+            "Confidence is about the number of members alone: more members narrow the intervals, but do not make \
+             model, factors and their bounds more certain."
+                .to_owned(),
+        );
+        if !swept.has_independent_members {
+            notes.push(format!(
+                "The members of {} sampling are not independent, as the intervals assume: their confidence is \
+                 approximate.",
+                swept.sampling
+            ));
+        }
+        heat += &format!(
+            "; over the members {} ± {} MJ/m² (mean ± 3σ), at most {} MJ/m²",
+            megajoules(load.mean_j_m2),
+            format::significant(3e-6 * load.deviation_j_m2, 2),
+            megajoules(load.max_j_m2)
+        );
+        let failed = swept.members - swept.completed;
+        if failed > 0 {
+            excluded.push(format::counted(failed, "failed member"));
+        }
+        excluded.push("properties and loads that no factor varies".to_owned());
+    } else {
+        excluded.push("any uncertainty of properties and loads (`bondline uncertainty`)".to_owned());
+    }
+    excluded.push("the error of the model itself".to_owned());
+    notes.push(heat + ".");
+    notes.push(format!("Not in this table: {}.", format::list(&excluded)));
+    notes
+}
+
+fn megajoules(heat_j_m2: f64) -> String {
+    format::significant(1e-6 * heat_j_m2, 4)
+}
+
+/// `margins.csv`; none without limits.
+pub(super) fn csv(answers: &Answers, outcome: &Prediction) -> Result<Option<NamedFile>, ReportError> {
+    let rows = rows(answers, outcome);
+    if rows.is_empty() {
+        return Ok(None);
+    }
+    let fixed = ["part", "kind", "limit_K", "nominal_peak_K", "nominal_peak_time_s", "nominal_margin_K"];
+    let counted = ["members_above", "members", "share_above", "share_above_low", "share_above_high"];
+    let moments = ["mean_K", "standard_deviation_K", "mean_minus_3_sigma_K", "mean_plus_3_sigma_K", "maximum_K"];
+    let percentiles = ["p95", "p99", "p99.87"];
+    let percentiles = percentiles.iter().flat_map(|name| ["_K", "_low_K", "_high_K"].map(|end| format!("{name}{end}")));
+    let times = ["tolerance_95_99_K", "p95_time_above_s", "maximum_time_above_s"];
+    let heats = ["nominal_heat_load_j_m2", "mean_heat_load_j_m2", "maximum_heat_load_j_m2"];
+    let fixed = fixed.into_iter().chain(["nominal_time_above_s"]).chain(counted).chain(moments);
+    let columns = fixed.map(str::to_owned).chain(percentiles).chain(times.into_iter().chain(heats).map(str::to_owned));
+    let mut file = CsvTable::new("margins.csv", columns)?;
+    let load = heat_load(answers);
+    for row in &rows {
+        let Margin { peak, margin_k, time_above_s, .. } = *row.nominal;
+        let nominal = [row.limit.limit_k, peak.temperature_k, peak.time_s, margin_k, time_above_s];
+        let of_members = row.spread.map_or(vec![f64::NAN; 22], spread_numbers);
+        let heats = [outcome.balance.hot_in_j_m2]
+            .into_iter()
+            .chain([load.map_or(f64::NAN, |load| load.mean_j_m2), load.map_or(f64::NAN, |load| load.max_j_m2)]);
+        let names = [row.part.clone(), row.limit.part.kind().to_owned()];
+        let numbers = nominal.into_iter().chain(of_members).chain(heats).map(cell);
+        file.text_row(names.into_iter().chain(numbers).collect())?;
+    }
+    file.finish().map(Some)
+}
+
+/// Columns of the members.
+fn spread_numbers(spread: &MarginSpread) -> Vec<f64> {
+    let (low, high) = spread.exceeding.interval_95();
+    let (mean_k, three_k) = (spread.mean_k, 3.0 * spread.deviation_k);
+    let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let mut numbers = vec![spread.exceeding.count as f64, spread.exceeding.total as f64];
+    numbers.extend([spread.exceeding.fraction(), low, high]);
+    numbers.extend([mean_k, spread.deviation_k, mean_k - three_k, mean_k + three_k, spread.max_k]);
+    for percentile in &spread.percentiles {
+        numbers.extend([percentile.value_k, or_none(percentile.low_k), or_none(percentile.high_k)]);
+    }
+    numbers.extend([or_none(spread.tolerance_bound_k), spread.time_above_p95_s, spread.time_above_max_s]);
+    numbers
+}
+
+/// The lines of the screen: the parts with the smallest margins, in the order of the case.
+pub(super) fn lines(answers: &Answers, outcome: &Prediction) -> Vec<String> {
+    let rows = rows(answers, outcome);
+    let Some(first) = rows.first() else { return Vec::new() };
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|&a, &b| rows[a].nominal.margin_k.total_cmp(&rows[b].nominal.margin_k));
+    order.truncate(MAX_SCREEN_ROWS);
+    order.sort_unstable();
+    let swept = first.spread.is_some();
+    let (above, bound) = if swept { ("members above limit", "95/99 bound") } else { ("", "") };
+    let mut lines = vec![format!(
+        "{:<9}{:>8}{:>8}{:>8}{:>9} {above:<26}{bound:>11}",
+        "limit of", "limit", "peak", "margin", "exceeded"
+    )];
+    for row in order.into_iter().map(|index| &rows[index]) {
+        let nominal = row.nominal;
+        let whole = |temperature_k: f64| format!("{} K", format::grouped(temperature_k, 0));
+        let (above, bound) = row.spread.map_or((String::new(), String::new()), |spread| {
+            (share_text(spread.exceeding), spread.tolerance_bound_k.map_or("–".to_owned(), whole))
+        });
+        lines.push(format!(
+            "{:<9}{:>8}{:>8}{:>8}{:>9} {above:<26}{bound:>11}",
+            format::truncate(&row.part, 8),
+            whole(row.limit.limit_k),
+            whole(nominal.peak.temperature_k),
+            format!("{} K", format::signed(nominal.margin_k, if nominal.margin_k.abs() < 10.0 { 1 } else { 0 })),
+            format::seconds(nominal.time_above_s)
+        ));
+    }
+    if rows.len() > MAX_SCREEN_ROWS {
+        lines.push(format!("{} in report.html", format::counted(rows.len() - MAX_SCREEN_ROWS, "larger margin")));
+    }
+    lines
+}
+
+/// A share with its interval, or alone where that is longer than its column.
+fn share_text(counted: Proportion) -> String {
+    let text = format::proportion(counted);
+    if text.chars().count() <= 26 { text } else { format::percent_near_limits(counted.fraction()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::super::terminal::screen;
+    use super::*;
+    use crate::case::LimitedPart;
+    use crate::study::margins::{MarginStatistics, PEAK_PROBABILITIES, PeakPercentile};
+    use crate::study::nominal::Peak;
+
+    /// The fixture with limits of two parts, the second of which is exceeded.
+    fn limited() -> fixture::StudyFixture {
+        let mut outcomes = fixture::outcomes();
+        let limit = |part, limit_k| TemperatureLimit { part, limit_k };
+        outcomes.case.limits = vec![limit(LimitedPart::Interface(3), 700.0), limit(LimitedPart::Sensor(3), 600.0)];
+        let margin = |limit_k: f64, temperature_k: f64| Margin {
+            peak: Peak { temperature_k, time_s: 78.0 },
+            interpolated_k: 0.012,
+            margin_k: limit_k - temperature_k,
+            time_above_s: if temperature_k > limit_k { 12.5 } else { 0.0 },
+            still_warming: false,
+        };
+        outcomes.nominal.margins = vec![margin(700.0, 640.0), margin(600.0, 622.4)];
+        outcomes.nominal.limited_k = vec![vec![300.0], vec![300.0]];
+        let spread = |count, value_k: f64| MarginSpread {
+            exceeding: Proportion { count, total: 4997 },
+            mean_k: value_k,
+            deviation_k: 5.0,
+            max_k: value_k + 20.0,
+            percentiles: PEAK_PROBABILITIES.map(|probability| PeakPercentile {
+                probability,
+                value_k: value_k + 10.0 * probability,
+                low_k: Some(value_k + 9.0),
+                high_k: (probability < 0.998).then_some(value_k + 11.0),
+            }),
+            tolerance_bound_k: Some(value_k + 12.0),
+            time_above_p95_s: 15.0,
+            time_above_max_s: 18.0,
+        };
+        let heat_load = HeatLoad { mean_j_m2: 9.2e6, deviation_j_m2: 2e5, max_j_m2: 9.9e6 };
+        let limits = vec![spread(0, 641.0), spread(4900, 623.0)];
+        outcomes.uncertainty.margins = Some(MarginStatistics { limits, heat_load });
+        outcomes
+    }
+
+    #[test]
+    fn the_finding_is_the_part_furthest_above_its_limit() {
+        let outcomes = limited();
+        let text = finding(&outcomes.answers("uncertainty"), &outcomes.nominal).expect("a finding").text;
+        let expected =
+            "Smallest margin: TC4 peaks at 622 K (349 °C) nominally, 22.4 K above its limit of 600 K (327 °C)";
+        assert!(text.starts_with(expected) && text.contains("98.06 % ("), "{text}");
+        assert!(finding(&outcomes.answers("sensitivity"), &outcomes.nominal).is_none());
+        let free = fixture::outcomes();
+        assert!(finding(&free.answers("predict"), &free.nominal).is_none());
+    }
+
+    #[test]
+    fn the_table_of_a_prediction_has_no_columns_of_members() {
+        let outcomes = limited();
+        let alone = page(&outcomes.answers("predict"), &outcomes.nominal);
+        assert!(alone.contains("interface INS2/GB") && !alone.contains("P99"), "{alone}");
+        assert!(alone.contains("any uncertainty of properties and loads"));
+    }
+
+    #[test]
+    fn the_table_of_a_sweep_names_the_members_the_confidence_and_what_is_not_in_it() {
+        let outcomes = limited();
+        let page = page(&outcomes.answers("uncertainty"), &outcomes.nominal);
+        for text in ["4,997 members", "Clopper–Pearson", "to –<", "3 failed members", "error of the model itself"] {
+            assert!(page.contains(text), "no {text:?} in {page}");
+        }
+    }
+
+    #[test]
+    fn every_row_of_the_table_file_has_every_column() {
+        let outcomes = limited();
+        for question in ["predict", "uncertainty"] {
+            let (name, bytes) =
+                csv(&outcomes.answers(question), &outcomes.nominal).expect("a table").expect("there are limits");
+            assert_eq!(name, "margins.csv");
+            let mut rows = csv::Reader::from_reader(bytes.as_slice());
+            let head = rows.headers().expect("a head").clone();
+            let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("as long as the head")).collect();
+            assert_eq!(rows.len(), 2);
+            let cell = |name: &str| {
+                let column = head.iter().position(|column| column == name).unwrap_or_else(|| panic!("no {name}"));
+                rows[1][column].to_owned()
+            };
+            assert_eq!((cell("limit_K"), cell("nominal_margin_K")), ("600".to_owned(), "-22.4".to_owned()));
+            let is_swept = question == "uncertainty";
+            assert_eq!(cell("members_above"), if is_swept { "4900" } else { "" });
+            assert_eq!(cell("p99.87_high_K"), "");
+            assert_eq!(cell("tolerance_95_99_K"), if is_swept { "635" } else { "" });
+        }
+    }
+
+    #[test]
+    fn the_screen_shows_every_limit_within_80_columns() {
+        let outcomes = limited();
+        for question in ["predict", "uncertainty", "study"] {
+            let screen = screen(&outcomes.answers(question));
+            let line = screen.lines().find(|line| line.starts_with("INS2/GB")).unwrap_or_else(|| panic!("{screen}"));
+            assert!(line.contains("640 K") && line.contains("+60 K"), "{line}");
+            assert_eq!(line.ends_with("653 K"), question != "predict", "{line}");
+            assert!(screen.lines().all(|line| line.chars().count() <= 80), "{screen}");
+        }
+    }
+}

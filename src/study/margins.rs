@@ -1,0 +1,432 @@
+//! Margins of a case to its temperature limits: of one prediction, and of the members of a sweep.
+
+use super::peak::Peak;
+use super::proportion::{Proportion, quantile_ranks_95, upper_bound_rank};
+use crate::case::{Case, Face, LimitedPart, Schedule};
+use crate::plan::Plan;
+use crate::traces::Traces;
+
+/// The hottest temperature of a part over time, against its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct Margin {
+    /// The peak: the highest reading at an instant, or the vertex of the parabola through the three instants around it
+    /// where no corner of a schedule lies among them; of a ply at a held face at least the prescribed temperature.
+    pub peak: Peak,
+    /// Height of that vertex above the highest reading, K.
+    pub interpolated_k: f64,
+    /// Limit minus peak, K.
+    pub margin_k: f64,
+    /// Time above the limit, s.
+    pub time_above_s: f64,
+    /// Whether the part is still warming at the end of the run, so that its true peak may be later and higher.
+    pub still_warming: bool,
+}
+
+/// Reads the margins of members of a plan.
+pub(crate) struct MarginReader<'a> {
+    plan: &'a Plan,
+    limits_k: Vec<f64>,
+    /// Highest prescribed temperature of each limited ply or sensor at a held face.
+    prescribed: Vec<Option<Peak>>,
+}
+
+impl<'a> MarginReader<'a> {
+    pub(crate) fn new(case: &Case, plan: &'a Plan) -> Self {
+        Self {
+            plan,
+            limits_k: case.limits.iter().map(|limit| limit.limit_k).collect(),
+            prescribed: case.limits.iter().map(|limit| prescribed_peak(case, plan, limit.part)).collect(),
+        }
+    }
+
+    /// The margins of a member, one for each limit of the case.
+    pub(crate) fn read(&self, traces: &Traces, member: usize) -> Vec<Margin> {
+        let of_limit = |(limit, (&limit_k, prescribed)): (usize, (&f64, &Option<Peak>))| {
+            self.margin(traces.limited(member, limit), limit_k, *prescribed)
+        };
+        self.limits_k.iter().zip(&self.prescribed).enumerate().map(of_limit).collect()
+    }
+
+    fn margin(&self, trace_k: &[f64], limit_k: f64, prescribed: Option<Peak>) -> Margin {
+        let instants_s = &self.plan.instants_s;
+        let last = trace_k.len() - 1;
+        let (mut peak, mut interpolated_k) = peak_between_instants(self.plan, trace_k, prescribed.is_some());
+        if let Some(prescribed) = prescribed.filter(|prescribed| prescribed.temperature_k > peak.temperature_k) {
+            (peak, interpolated_k) = (prescribed, 0.0);
+        }
+        Margin {
+            peak,
+            interpolated_k,
+            margin_k: limit_k - peak.temperature_k,
+            time_above_s: time_above_s(trace_k, instants_s, limit_k),
+            still_warming: last > 0 && peak.time_s >= instants_s[last] && trace_k[last] > trace_k[last - 1],
+        }
+    }
+}
+
+/// The peak of a trace, and its height above the highest reading at an instant, K. At a held face a trace may jump at a
+/// corner, so that no corner is one of the three instants.
+fn peak_between_instants(plan: &Plan, trace_k: &[f64], is_held: bool) -> (Peak, f64) {
+    let instants_s = &plan.instants_s;
+    let reading = Peak::of(trace_k, instants_s);
+    let at = trace_k.iter().position(|&temperature_k| temperature_k == reading.temperature_k).unwrap_or(0);
+    if at == 0 || at + 1 >= trace_k.len() {
+        return (reading, 0.0);
+    }
+    let kinks = if is_held { at - 1..=at + 1 } else { at..=at };
+    if kinks.into_iter().any(|instant| plan.is_corner(instant)) {
+        return (reading, 0.0);
+    }
+    let (before_s, after_s) = (instants_s[at] - instants_s[at - 1], instants_s[at + 1] - instants_s[at]);
+    let rise = (trace_k[at] - trace_k[at - 1]) / before_s;
+    let fall = (trace_k[at] - trace_k[at + 1]) / after_s;
+    if rise + fall <= 0.0 {
+        return (reading, 0.0);
+    }
+    let tilt_k = rise * after_s - fall * before_s;
+    let excess_k = tilt_k * tilt_k / (4.0 * (rise + fall) * (before_s + after_s));
+    let time_s = instants_s[at] + 0.5 * tilt_k / (rise + fall);
+    (Peak { temperature_k: reading.temperature_k + excess_k, time_s }, excess_k)
+}
+
+/// Time for which a trace that is linear between instants is above a limit, s.
+fn time_above_s(trace_k: &[f64], instants_s: &[f64], limit_k: f64) -> f64 {
+    let pieces = trace_k.windows(2).zip(instants_s.windows(2));
+    let above = pieces.map(|(ends_k, ends_s)| {
+        let [start, end] = [ends_k[0] - limit_k, ends_k[1] - limit_k];
+        let share = match (start > 0.0, end > 0.0) {
+            (true, true) => 1.0,
+            (false, false) => 0.0,
+            (true, false) => start / (start - end),
+            (false, true) => end / (end - start),
+        };
+        share * (ends_s[1] - ends_s[0])
+    });
+    above.sum()
+}
+
+/// The highest prescribed temperature of a ply with a held face, or of a sensor on one.
+fn prescribed_peak(case: &Case, plan: &Plan, part: LimitedPart) -> Option<Peak> {
+    let last = case.layup.plies.len() - 1;
+    let lies_at = |face: usize| match part {
+        LimitedPart::Ply(ply) => ply == [0, last][face],
+        LimitedPart::Interface(_) => false,
+        LimitedPart::Sensor(sensor) => plan.held_readings.iter().any(|held| (held.sensor, held.face) == (sensor, face)),
+    };
+    let faces = [&case.exposure.hot_face, &case.exposure.back_face].into_iter().enumerate();
+    let held = faces.filter_map(|(face, kind)| match kind {
+        Face::Held(schedule) if lies_at(face) => Some(highest(schedule, case.exposure.duration_s)),
+        _ => None,
+    });
+    held.reduce(|one, other| if other.temperature_k > one.temperature_k { other } else { one })
+}
+
+fn highest(schedule: &Schedule, duration_s: f64) -> Peak {
+    let corners = schedule.times_s.iter().copied().zip(schedule.values.iter().copied());
+    let ends = [(0.0, schedule.after(0.0)), (duration_s, schedule.before(duration_s))];
+    let (times_s, values): (Vec<f64>, Vec<f64>) =
+        corners.filter(|(time_s, _)| (0.0..duration_s).contains(time_s)).chain(ends).unzip();
+    Peak::of(&values, &times_s)
+}
+
+/// Probabilities of the percentiles of a peak: 95, 99 and 99.87, the last one near three standard deviations of a
+/// normal distribution.
+pub const PEAK_PROBABILITIES: [f64; 3] = [0.95, 0.99, 0.9987];
+/// Content and confidence of the one-sided tolerance bound.
+pub const TOLERANCE_CONTENT: f64 = 0.99;
+/// Confidence of the one-sided tolerance bound.
+pub const TOLERANCE_CONFIDENCE: f64 = 0.95;
+
+/// Margins of the members of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct MarginStatistics {
+    /// One for each limit of the case, in their order.
+    pub limits: Vec<MarginSpread>,
+    /// Heat into the hot face.
+    pub heat_load: HeatLoad,
+}
+
+/// The peak of a part over the members of a sweep, against its limit.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct MarginSpread {
+    /// Members whose peak is above the limit.
+    pub exceeding: Proportion,
+    /// Mean of the peak, K.
+    pub mean_k: f64,
+    /// Standard deviation of the peak, K.
+    pub deviation_k: f64,
+    /// The highest peak, K.
+    pub max_k: f64,
+    /// The percentiles of [`PEAK_PROBABILITIES`].
+    pub percentiles: [PeakPercentile; 3],
+    /// Upper one-sided tolerance bound: with 95 % confidence at least 99 % of all peaks are below it, K; `None` with
+    /// fewer than 299 members.
+    pub tolerance_bound_k: Option<f64>,
+    /// 95th percentile of the time above the limit, s.
+    pub time_above_p95_s: f64,
+    /// Longest time above the limit, s.
+    pub time_above_max_s: f64,
+}
+
+/// A percentile of a peak, with a distribution-free 95 % confidence interval from the order of the members.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct PeakPercentile {
+    /// The probability.
+    pub probability: f64,
+    /// The percentile, K.
+    pub value_k: f64,
+    /// Lower end of the interval, K; `None` with too few members.
+    pub low_k: Option<f64>,
+    /// Upper end of the interval, K; `None` with too few members.
+    pub high_k: Option<f64>,
+}
+
+/// Heat into the hot face over the run, net of what it radiates while heat flows in, over the members of a sweep, J/m².
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct HeatLoad {
+    /// Mean.
+    pub mean_j_m2: f64,
+    /// Standard deviation.
+    pub deviation_j_m2: f64,
+    /// The largest of all members.
+    pub max_j_m2: f64,
+}
+
+/// Peaks, times above the limits and heat loads of the members of a sweep: order statistics need every one.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct MarginSamples {
+    /// Limit × member, K.
+    peaks_k: Vec<Vec<f64>>,
+    /// Limit × member, s.
+    times_above_s: Vec<Vec<f64>>,
+    /// J/m².
+    heat_loads_j_m2: Vec<f64>,
+}
+
+/// Bytes of the samples of a member, in memory and as text of a piece.
+pub(crate) fn bytes_per_member(limits: usize) -> f64 {
+    const BYTES_PER_NUMBER: usize = 8 + 20;
+    if limits == 0 { 0.0 } else { ((2 * limits + 1) * BYTES_PER_NUMBER) as f64 }
+}
+
+impl MarginSamples {
+    pub(crate) fn new(limits: usize) -> Self {
+        Self { peaks_k: vec![Vec::new(); limits], times_above_s: vec![Vec::new(); limits], heat_loads_j_m2: Vec::new() }
+    }
+
+    /// Whether there are no limits.
+    pub fn is_empty(&self) -> bool {
+        self.peaks_k.is_empty()
+    }
+
+    /// Add a member.
+    pub(crate) fn add(&mut self, margins: &[Margin], heat_load_j_m2: f64) {
+        for ((margin, peaks_k), times_s) in margins.iter().zip(&mut self.peaks_k).zip(&mut self.times_above_s) {
+            peaks_k.push(margin.peak.temperature_k);
+            times_s.push(margin.time_above_s);
+        }
+        self.heat_loads_j_m2.push(heat_load_j_m2);
+    }
+
+    /// Add the members of other samples.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        let columns = other.columns().map(<[f64]>::to_vec).collect::<Vec<_>>();
+        self.columns_mut().zip(columns).for_each(|(mine, theirs)| mine.extend(theirs));
+        self.sort();
+    }
+
+    /// Bring each column into ascending order, in which the order of the members does not matter.
+    pub(crate) fn sort(&mut self) {
+        self.columns_mut().for_each(|column| column.sort_by(f64::total_cmp));
+    }
+
+    /// Whether these are finite samples of so many limits and members.
+    pub(crate) fn fits(&self, limits: usize, members: usize) -> bool {
+        (self.peaks_k.len(), self.times_above_s.len()) == (limits, limits)
+            && (limits == 0 && self.heat_loads_j_m2.is_empty()
+                || self.columns().all(|column| column.len() == members && column.iter().all(|x| x.is_finite())))
+    }
+
+    fn columns(&self) -> impl Iterator<Item = &[f64]> {
+        self.peaks_k.iter().chain(&self.times_above_s).map(Vec::as_slice).chain([self.heat_loads_j_m2.as_slice()])
+    }
+
+    fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        self.peaks_k.iter_mut().chain(&mut self.times_above_s).chain([&mut self.heat_loads_j_m2])
+    }
+
+    /// The statistics for the limits of a case; `None` without limits or members. The samples are sorted.
+    pub(crate) fn statistics(&self, case_limits_k: &[f64]) -> Option<MarginStatistics> {
+        if self.is_empty() || self.heat_loads_j_m2.is_empty() {
+            return None;
+        }
+        let of_limit = |((peaks_k, times_s), &limit_k): ((&Vec<f64>, &Vec<f64>), &f64)| {
+            MarginSpread::of(peaks_k, times_s, limit_k)
+        };
+        let limits = self.peaks_k.iter().zip(&self.times_above_s).zip(case_limits_k).map(of_limit).collect();
+        let (mean_j_m2, deviation_j_m2) = mean_and_deviation(&self.heat_loads_j_m2);
+        let max_j_m2 = self.heat_loads_j_m2[self.heat_loads_j_m2.len() - 1];
+        Some(MarginStatistics { limits, heat_load: HeatLoad { mean_j_m2, deviation_j_m2, max_j_m2 } })
+    }
+}
+
+impl MarginSpread {
+    /// From the peaks and the times above the limit of all members, each in ascending order.
+    fn of(peaks_k: &[f64], times_above_s: &[f64], limit_k: f64) -> Self {
+        let members = peaks_k.len();
+        let at_rank = |rank: usize| peaks_k[rank - 1];
+        let percentile = |probability: f64| {
+            let (low, high) = quantile_ranks_95(members, probability);
+            PeakPercentile {
+                probability,
+                value_k: at_rank(quantile_rank(members, probability)),
+                low_k: low.map(at_rank),
+                high_k: high.map(at_rank),
+            }
+        };
+        let (mean_k, deviation_k) = mean_and_deviation(peaks_k);
+        let exceeding = members - peaks_k.partition_point(|&peak_k| peak_k <= limit_k);
+        Self {
+            exceeding: Proportion { count: exceeding, total: members },
+            mean_k,
+            deviation_k,
+            max_k: at_rank(members),
+            percentiles: PEAK_PROBABILITIES.map(percentile),
+            tolerance_bound_k: upper_bound_rank(members, TOLERANCE_CONTENT, TOLERANCE_CONFIDENCE).map(at_rank),
+            time_above_p95_s: times_above_s[quantile_rank(members, 0.95) - 1],
+            time_above_max_s: times_above_s[members - 1],
+        }
+    }
+}
+
+/// Rank of a quantile among ordered draws, counted from one: the smallest of which at least this share is not above.
+fn quantile_rank(draws: usize, probability: f64) -> usize {
+    ((probability * draws as f64 - 1e-9).ceil() as usize).clamp(1, draws)
+}
+
+/// Mean and standard deviation (divisor: members minus one); zero deviation for a single member.
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let members = values.len() as f64;
+    // Deviations from one of them lose no digits.
+    let reference = values[0];
+    let mean = values.iter().map(|value| value - reference).sum::<f64>() / members;
+    let squares: f64 = values.iter().map(|value| (value - reference - mean).powi(2)).sum();
+    (reference + mean, if values.len() < 2 { 0.0 } else { (squares / (members - 1.0)).sqrt() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::proportion::min_draws_for_upper_bound;
+    use statrs::distribution::{ContinuousCDF, Normal};
+
+    /// Even draws from 0 to 1.
+    struct Even(u64);
+
+    impl Even {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+        }
+    }
+
+    /// Of 1,000 samples of a distribution, those whose intervals hold the percentiles, whose tolerance bound holds its
+    /// content, and whose interval of the probability of exceeding a limit holds it.
+    fn coverage(quantile: impl Fn(f64) -> f64, members: usize) -> [usize; 5] {
+        const EXCEEDING: f64 = 0.03;
+        let mut even = Even(2026);
+        let mut held = [0; 5];
+        for _ in 0..1000 {
+            let mut peaks_k: Vec<f64> = (0..members).map(|_| quantile(even.next())).collect();
+            peaks_k.sort_by(f64::total_cmp);
+            let spread = MarginSpread::of(&peaks_k, &vec![0.0; members], quantile(1.0 - EXCEEDING));
+            for (held, percentile) in held.iter_mut().zip(&spread.percentiles) {
+                let truth_k = quantile(percentile.probability);
+                let (low_k, high_k) = (percentile.low_k.unwrap_or(f64::MIN), percentile.high_k.unwrap_or(f64::MAX));
+                *held += usize::from((low_k..=high_k).contains(&truth_k));
+            }
+            held[3] +=
+                usize::from(spread.tolerance_bound_k.is_some_and(|bound_k| bound_k >= quantile(TOLERANCE_CONTENT)));
+            let (low, high) = spread.exceeding.interval_95();
+            held[4] += usize::from((low..=high).contains(&EXCEEDING));
+        }
+        held
+    }
+
+    #[test]
+    fn intervals_and_the_tolerance_bound_hold_at_their_stated_rate_for_any_distribution() {
+        let normal = Normal::standard();
+        let distributions: [&dyn Fn(f64) -> f64; 2] = [&|share| 600.0 + 20.0 * normal.inverse_cdf(share), &|share| {
+            600.0 + 20.0 * normal.inverse_cdf(share).exp()
+        }];
+        for quantile in distributions {
+            // Three standard errors of a share of 95 % of 1,000 are 21.
+            let [p95, p99, p99_87, bound, exceeding] = coverage(quantile, 3000);
+            assert!([p95, p99, p99_87, exceeding].iter().all(|held| *held >= 930), "{p95} {p99} {p99_87} {exceeding}");
+            assert!((930..=980).contains(&bound), "{bound}");
+            assert!(p95 <= 975, "{p95}: the interval is wider than it needs to be");
+            let [.., bound, _] = coverage(quantile, 299);
+            assert!((930..=970).contains(&bound), "{bound} of 1,000 samples of 299");
+        }
+        // Negative control: with one member fewer there is no bound.
+        let [.., none, _] = coverage(|share| share, 298);
+        assert_eq!(none, 0);
+    }
+
+    #[test]
+    fn too_few_members_leave_the_upper_end_of_a_percentile_open() {
+        let enough = min_draws_for_upper_bound(PEAK_PROBABILITIES[2]);
+        assert_eq!(enough, 2836);
+        let peaks_k: Vec<f64> = (0..enough).map(|n| n as f64).collect();
+        let high =
+            |members: usize| MarginSpread::of(&peaks_k[..members], &peaks_k[..members], 0.0).percentiles[2].high_k;
+        assert!(high(enough).is_some() && high(enough - 1).is_none());
+    }
+
+    #[test]
+    fn a_trace_is_above_a_limit_between_its_crossings() {
+        let (trace_k, instants_s) = ([300.0, 500.0, 500.0, 300.0], [0.0, 2.0, 5.0, 6.0]);
+        assert!((time_above_s(&trace_k, &instants_s, 400.0) - 4.5).abs() < 1e-12);
+        assert_eq!(time_above_s(&trace_k, &instants_s, 500.0), 0.0);
+        assert_eq!(time_above_s(&trace_k, &instants_s, 200.0), 6.0);
+    }
+
+    #[test]
+    fn samples_of_parts_merge_to_those_of_the_whole_in_any_order() {
+        let margin = |peak_k: f64| Margin {
+            peak: Peak { temperature_k: peak_k, time_s: 1.0 },
+            interpolated_k: 0.0,
+            margin_k: 0.0,
+            time_above_s: peak_k / 100.0,
+            still_warming: false,
+        };
+        let part = |peaks_k: &[f64]| {
+            let mut samples = MarginSamples::new(1);
+            peaks_k.iter().for_each(|&peak_k| samples.add(&[margin(peak_k)], 1e6 * peak_k));
+            samples.sort();
+            samples
+        };
+        let (whole, mut one, other) =
+            (part(&[400.0, 300.0, 500.0, 350.0]), part(&[500.0, 400.0]), part(&[350.0, 300.0]));
+        let mut turned = other.clone();
+        turned.merge(&one);
+        one.merge(&other);
+        assert_eq!((&one, &turned), (&whole, &whole));
+        assert!(whole.fits(1, 4) && !whole.fits(1, 3) && !whole.fits(2, 4) && !part(&[f64::NAN]).fits(1, 1));
+        let statistics = whole.statistics(&[400.0]).expect("members");
+        assert_eq!(statistics.limits[0].exceeding, Proportion { count: 1, total: 4 });
+        assert_eq!((statistics.limits[0].mean_k, statistics.limits[0].max_k), (387.5, 500.0));
+        assert_eq!(MarginSamples::new(0).statistics(&[]), None);
+    }
+}
