@@ -122,21 +122,20 @@ pub(super) fn page(answers: &Answers, outcome: &Prediction) -> String {
         + &list(&notes(answers, outcome, &rows))
 }
 
-const NOMINAL_ROWS: [&str; 5] =
-    ["Limit, K", "Nominal peak, K", "Time of the peak, s", "Margin, K", "Time above the limit, s"];
+const NOMINAL_ROWS: [&str; 5] = ["Limit, K", "Nominal peak, K", "Time of peak, s", "Margin, K", "Time above, s"];
 const MEMBER_ROWS: [&str; 12] = [
-    "Members above the limit, %",
-    "95 % interval, %",
-    "Mean ± 3σ of the peak, K",
-    "P95 of the peak, K",
-    "95 % interval, K",
-    "P99 of the peak, K",
-    "95 % interval, K",
-    "P99.87 of the peak, K",
-    "95 % interval, K",
-    "95/99 bound of the peak, K",
-    "Margin of the 95/99 bound, K",
-    "P95 of the time above the limit, s",
+    "Members above, %",
+    "95 % interval",
+    "Mean ± 3σ, K",
+    "P95, K",
+    "95 % interval",
+    "P99, K",
+    "95 % interval",
+    "P99.87, K",
+    "95 % interval",
+    "95/99 bound, K",
+    "Margin of it, K",
+    "P95 time above, s",
 ];
 
 /// The cells of a part, in the order of the rows.
