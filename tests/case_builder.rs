@@ -74,7 +74,7 @@ const BREAKS: &[Break] = &[
     ("layup.origin_m", |case| Some(case.layup.origin_m = f64::NAN)),
     ("layup.plies[0].material.density_kg_m3", |case| Some(material(case).density_kg_m3 = 0.0)),
     ("layup.plies[0].material.density_provenance.relative_uncertainty", |case| {
-        Some(material(case).density_provenance.relative_uncertainty = -0.1)
+        Some(material(case).density_provenance.relative_uncertainty = Some(-0.1))
     }),
     ("layup.plies[0].material.emissivity_provenance.source", |case| {
         Some(material(case).emissivity_provenance.source.clear())

@@ -1,8 +1,8 @@
 //! README and book: every command is run and its output compared, every case file is loaded. Rust blocks are
 //! documentation tests of the library (`src/lib.rs`).
 //!
-//! A page is one session in its own folder, in which `cases` are the shipped ones. The options of a block follow its
-//! language, where neither GitHub nor Sphinx shows them:
+//! A page is one session in its own folder, in which `cases` and `data` are the shipped ones. The options of a block
+//! follow its language, where neither GitHub nor Sphinx shows them:
 //!
 //! - `console`: lines that begin with `$ ` are commands; a command continues after a line that ends in `\`. The output
 //!   follows, with `...` for any number of lines. `exit=2` states another exit code than 0; a `long` block runs only if
@@ -197,8 +197,9 @@ fn complaints(page: &str) -> Vec<String> {
     let source = text(page);
     let found = blocks(&source);
     let scratch = Scratch::new(&page.replace(['/', '.'], "-"));
-    std::os::unix::fs::symlink(root().join("cases"), scratch.path().join("cases"))
-        .expect("a link to the shipped cases");
+    for folder in ["cases", "data"] {
+        std::os::unix::fs::symlink(root().join(folder), scratch.path().join(folder)).expect("a link to shipped files");
+    }
     let is_all = std::env::var_os("BONDLINE_ALL").is_some();
     let mut complaints = Vec::new();
     let mut cases = Vec::new();

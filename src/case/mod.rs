@@ -42,6 +42,7 @@ pub use estimation_settings::{EstimationSettings, LossFunction};
 pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};
 pub use factor::{Bounds, Correlation, Factor, Property};
 pub use file::{FileSource, Folder};
+pub use file::{ImportRecord, ImportedMaterial, MaterialColumns, PatoHeat, PatoOptions, PropertyColumns};
 pub use gas::{Gas, GasFlow, GasFlowModel};
 pub use input_files::InputFile;
 pub use layup::{Layup, Ply, Sensor, Side};

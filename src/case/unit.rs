@@ -1,8 +1,10 @@
 //! Parsing of quantities with units, `"26.7 W/cm^2"`, into SI with a check of the dimension.
 //!
 //! A unit is a sequence of factors joined by `/`, `*`, `·` or a space, evaluated from left to right, with parentheses
-//! and powers (`cm^2`, `cm2` and `cm²` are equal). Conversion factors are exact by definition (SI brochure, 9th
-//! edition; NIST SP 811 for inch, pound, BTU (IT), calorie (thermochemical) and torr) or rounded to twelve digits.
+//! and powers (`cm^2`, `cm2` and `cm²` are equal). A hyphen multiplies on its side of the stroke, as in tables of
+//! properties: `BTU/lb-degR` is `BTU/lb/degR`. Conversion factors are exact by definition (SI brochure, 9th edition;
+//! NIST SP 811, appendix B, for inch, foot, pound, pound-force, degree Rankine, BTU (IT), calorie (thermochemical) and
+//! torr), or products of such factors.
 
 /// Physical dimension and kind of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +26,8 @@ pub enum Dimension {
     HeatFlux,
     /// W/m²/K: film, contact, holder.
     Conductance,
+    /// m² K/W: contact.
+    ContactResistance,
     /// W/m³/K: lateral conductance to a holder.
     VolumeConductance,
     /// W/m/K
@@ -69,6 +73,7 @@ impl Dimension {
             Self::Pressure => "a pressure such as \"8.01 kPa\"",
             Self::HeatFlux => "a heat flux such as \"26.7 W/cm^2\"",
             Self::Conductance => "a heat transfer coefficient such as \"500 W/m^2/K\"",
+            Self::ContactResistance => "a contact resistance such as \"2e-3 m^2 K/W\"",
             Self::VolumeConductance => "a conductance in a volume such as \"20 kW/m^3/K\"",
             Self::Conductivity => "a conductivity such as \"0.05 W/m/K\"",
             Self::SpecificEnthalpy => "an enthalpy such as \"12 MJ/kg\"",
@@ -94,6 +99,7 @@ impl Dimension {
             Self::Pressure => [1, -1, -2, 0, 0],
             Self::HeatFlux => [1, 0, -3, 0, 0],
             Self::Conductance => [1, 0, -3, -1, 0],
+            Self::ContactResistance => [-1, 0, 3, 1, 0],
             Self::VolumeConductance => [1, -1, -3, -1, 0],
             Self::Conductivity => [1, 1, -3, -1, 0],
             Self::SpecificEnthalpy => [0, 2, -2, 0, 0],
@@ -127,13 +133,14 @@ impl Dimension {
 
     /// The name of the quantity with these exponents: `a length`.
     fn name_of_exponents(powers: Exponents) -> &'static str {
-        const ALL: [Dimension; 19] = [
+        const ALL: [Dimension; 20] = [
             Dimension::Length,
             Dimension::Time,
             Dimension::Temperature,
             Dimension::Pressure,
             Dimension::HeatFlux,
             Dimension::Conductance,
+            Dimension::ContactResistance,
             Dimension::VolumeConductance,
             Dimension::Conductivity,
             Dimension::SpecificEnthalpy,
@@ -158,6 +165,9 @@ impl Dimension {
 /// Name, value in SI and exponents of a unit.
 type Unit = (&'static str, f64, Exponents);
 
+/// The pound-force: a pound under standard gravity, N.
+const POUND_FORCE_N: f64 = 0.45359237 * 9.80665;
+
 const UNITS: &[Unit] = &[
     ("m", 1.0, [0, 1, 0, 0, 0]),
     ("km", 1e3, [0, 1, 0, 0, 0]),
@@ -181,12 +191,16 @@ const UNITS: &[Unit] = &[
     ("degF", 1.0 / 1.8, [0, 0, 0, 1, 0]),
     ("°F", 1.0 / 1.8, [0, 0, 0, 1, 0]),
     ("degR", 1.0 / 1.8, [0, 0, 0, 1, 0]),
+    ("°R", 1.0 / 1.8, [0, 0, 0, 1, 0]),
+    ("R", 1.0 / 1.8, [0, 0, 0, 1, 0]),
     ("kg", 1.0, [1, 0, 0, 0, 0]),
     ("g", 1e-3, [1, 0, 0, 0, 0]),
     ("lb", 0.45359237, [1, 0, 0, 0, 0]),
     ("lbm", 0.45359237, [1, 0, 0, 0, 0]),
     ("mol", 1.0, [0, 0, 0, 0, 1]),
     ("kmol", 1e3, [0, 0, 0, 0, 1]),
+    ("N", 1.0, [1, 1, -2, 0, 0]),
+    ("lbf", POUND_FORCE_N, [1, 1, -2, 0, 0]),
     ("Pa", 1.0, [1, -1, -2, 0, 0]),
     ("hPa", 1e2, [1, -1, -2, 0, 0]),
     ("kPa", 1e3, [1, -1, -2, 0, 0]),
@@ -195,8 +209,9 @@ const UNITS: &[Unit] = &[
     ("mbar", 1e2, [1, -1, -2, 0, 0]),
     ("atm", 101325.0, [1, -1, -2, 0, 0]),
     ("torr", 101325.0 / 760.0, [1, -1, -2, 0, 0]),
-    ("psi", 6894.757293168, [1, -1, -2, 0, 0]),
-    ("psf", 47.8802589804, [1, -1, -2, 0, 0]),
+    ("psi", POUND_FORCE_N / (0.0254 * 0.0254), [1, -1, -2, 0, 0]),
+    ("psia", POUND_FORCE_N / (0.0254 * 0.0254), [1, -1, -2, 0, 0]),
+    ("psf", POUND_FORCE_N / (0.3048 * 0.3048), [1, -1, -2, 0, 0]),
     ("J", 1.0, [1, 2, -2, 0, 0]),
     ("kJ", 1e3, [1, 2, -2, 0, 0]),
     ("MJ", 1e6, [1, 2, -2, 0, 0]),
@@ -304,15 +319,20 @@ fn compound_unit(unit: &str) -> Result<(f64, Exponents), String> {
     if rest.is_empty() { Ok(found) } else { Err(format!("unit {unit:?} is not understood at {rest:?}")) }
 }
 
-/// Factors joined by `/`, `*`, `·` and spaces, up to the end or a closing parenthesis.
+/// Factors joined by `/`, `*`, `·`, `-` and spaces, up to the end or a closing parenthesis.
 fn product(rest: &mut &str, whole: &str) -> Result<(f64, Exponents), String> {
     let (mut scale, mut powers) = power(rest, whole)?;
+    let mut sign = 1;
     loop {
         let trimmed = rest.trim_start();
-        let sign = match trimmed.chars().next() {
-            Some(joint) if "/*·".contains(joint) => {
+        sign = match trimmed.chars().next() {
+            Some(joint) if "/*·-".contains(joint) => {
                 *rest = trimmed[joint.len_utf8()..].trim_start();
-                if joint == '/' { -1 } else { 1 }
+                match joint {
+                    '/' => -1,
+                    '-' => sign,
+                    _ => 1,
+                }
             }
             Some(next) if next != ')' && trimmed.len() < rest.len() => {
                 *rest = trimmed;
@@ -340,7 +360,8 @@ fn power(rest: &mut &str, whole: &str) -> Result<(f64, Exponents), String> {
         let end = if rest.starts_with('1') {
             1
         } else {
-            rest.find(|c: char| "/*·^()²³".contains(c) || c.is_ascii_digit() || c.is_whitespace()).unwrap_or(rest.len())
+            rest.find(|c: char| "/*·-^()²³".contains(c) || c.is_ascii_digit() || c.is_whitespace())
+                .unwrap_or(rest.len())
         };
         let (name, after) = rest.split_at(end);
         let &(_, scale, powers) =

@@ -1,10 +1,19 @@
-//! `bondline materials`: the material database.
+//! `bondline materials`: the material database, and the import of materials.
 
-use crate::command::args::MaterialsCommand;
-use crate::command::exit::{Failure, Output};
-use crate::command::run::print_renamed_keys;
-use bondline::case::Material;
+use crate::command::args::convert;
+use crate::command::args::{
+    DirectionArg, ImportCommand, MaterialsCommand, OutsideArg, PatoArgs, PatoHeatArg, RecordArgs, TableArgs,
+};
+use crate::command::exit::{Failure, Output, input};
+use crate::command::run::{check_writable, print_renamed_keys};
+use bondline::case::{
+    ImportRecord, ImportedMaterial, Material, MaterialColumns, OutOfRange, PatoHeat, PatoOptions, PropertyColumns,
+    SourceKind,
+};
+use bondline::report::files;
 use bondline::report::materials;
+use bondline::study::run_record::utc_date;
+use std::path::Path;
 
 pub(crate) fn run(action: MaterialsCommand) -> Result<Output, Failure> {
     let text = match action {
@@ -15,6 +24,72 @@ pub(crate) fn run(action: MaterialsCommand) -> Result<Output, Failure> {
             print_renamed_keys(&renamed_keys);
             format!("{}: ok\n{}", file.display(), materials::summary(&material))
         }
+        MaterialsCommand::Import { from } => match *from {
+            ImportCommand::Table(args) => import_table(&args)?,
+            ImportCommand::Pato(args) => import_pato(&args)?,
+        },
     };
     Ok(Output { text, failure: None })
+}
+
+fn import_table(args: &TableArgs) -> Result<String, Failure> {
+    let TableArgs { temperature, density, conductivity, heat_capacity, emissivity, .. } = args;
+    let units = convert::pairs(&args.units, "--unit")?;
+    let columns = MaterialColumns {
+        temperature,
+        properties: PropertyColumns { density, conductivity, heat_capacity, emissivity },
+        units: &units,
+        outside: match args.outside {
+            OutsideArg::Clamp => OutOfRange::Clamp,
+            OutsideArg::Extrapolate => OutOfRange::Extrapolate,
+            OutsideArg::Error => OutOfRange::Error,
+        },
+    };
+    write(&args.record, |record| ImportedMaterial::from_table(&args.file, &columns, record))
+}
+
+fn import_pato(args: &PatoArgs) -> Result<String, Failure> {
+    let options = PatoOptions {
+        heat: match args.heat {
+            PatoHeatArg::Absolute => PatoHeat::Absolute,
+            PatoHeatArg::OfReaction => PatoHeat::OfReaction,
+        },
+        direction: args.direction.map(|direction| match direction {
+            DirectionArg::I => 0,
+            DirectionArg::J => 1,
+            DirectionArg::K => 2,
+        }),
+    };
+    write(&args.record, |record| ImportedMaterial::from_pato(&args.folder, &options, record))
+}
+
+/// Import a material and write its file, whole or not at all.
+fn write(
+    args: &RecordArgs,
+    import: impl FnOnce(&ImportRecord<'_>) -> Result<ImportedMaterial, bondline::case::CaseError>,
+) -> Result<String, Failure> {
+    let out = &args.out;
+    if out.exists() && !args.force {
+        return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
+    }
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(input(format!("--out {}: no such folder: {}", out.display(), folder.display())));
+    }
+    check_writable(folder)?;
+    let mark = args.mark.as_ref().map(|word| {
+        SourceKind::named(word).ok_or_else(|| {
+            input(format!("--mark: expected read, remembered, estimated, paper or measured, found {word:?}"))
+        })
+    });
+    let date = utc_date();
+    let record = ImportRecord {
+        name: &args.name,
+        date: &date,
+        mark: mark.transpose()?.zip(args.uncertainty.as_deref()),
+        source: args.source.as_deref(),
+    };
+    let ImportedMaterial { text, material } = import(&record)?;
+    files::write_text(out, &text)?;
+    Ok(format!("{}: written\n{}", out.display(), materials::summary(&material)))
 }

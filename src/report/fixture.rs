@@ -121,8 +121,11 @@ fn misfit(rms_k: f64) -> Misfit {
 }
 
 fn material(id: &str, name: &str, note: &str, hottest_k: f64) -> Arc<Material> {
-    let provenance =
-        |mark, source: &str| Provenance { source_kind: mark, source: source.to_owned(), relative_uncertainty: 0.1 };
+    let provenance = |mark, source: &str| Provenance {
+        source_kind: mark,
+        source: source.to_owned(),
+        relative_uncertainty: Some(0.1),
+    };
     let table = |a: f64, b: f64| Table {
         temperatures_k: vec![300.0, hottest_k],
         values: vec![a, b],

@@ -3,6 +3,7 @@
 mod decomposition;
 
 use super::braille::{Curve, chart};
+use super::format;
 use crate::case::CaseError;
 use crate::case::library::material_ids;
 use crate::case::{Conductivity, Material, OutOfRange, Table};
@@ -35,7 +36,7 @@ pub fn list() -> Result<String, CaseError> {
         let density = material.density_kg_m3;
         text += &format!("{id:<16}{name:<29}{density:>6.0}{k:>8.4}{cp:>7.0}{emissivity:>6.2}  {marks}\n");
     }
-    text += "marks of ρ, k, c_p, ε: r read, m remembered, e estimated, p paper\n";
+    text += "marks of ρ, k, c_p, ε: r read, m remembered, e estimated, p paper, b by us\n";
     Ok(text)
 }
 
@@ -43,7 +44,7 @@ pub fn list() -> Result<String, CaseError> {
 pub fn show(material: &Material) -> String {
     let mut text = format!("{}: {}\n{}\n", material.id, material.name, wrapped(&material.note, ""));
     text += &heading("density, kg/m³", &material.density_provenance);
-    text += &format!("  {}\n\n", material.density_kg_m3);
+    text += &format!("  {}\n\n", density(material));
 
     text += &heading("conductivity, W/m/K", &material.conductivity_provenance);
     text += &match &material.conductivity {
@@ -76,10 +77,15 @@ pub fn summary(material: &Material) -> String {
     format!(
         "  {}, {} kg/m³\n  at 300 K and 1 atm: k {k:.4} W/m/K ({range}), c_p {:.0} J/kg/K, ε {:.2}\n",
         material.name,
-        material.density_kg_m3,
+        density(material),
         material.heat_capacity.at(AMBIENT_K),
         material.emissivity.at(AMBIENT_K),
     )
+}
+
+/// Density to six digits, kg/m³.
+fn density(material: &Material) -> String {
+    format::trim_zeros(format::significant(material.density_kg_m3, 6))
 }
 
 fn provenances(material: &Material) -> [&Provenance; 4] {
@@ -97,13 +103,20 @@ fn letter(mark: SourceKind) -> char {
         SourceKind::Remembered => 'm',
         SourceKind::Estimated => 'e',
         SourceKind::Paper => 'p',
+        SourceKind::Measured => 'b',
+        SourceKind::NotStated => '-',
     }
 }
 
 /// A property with its mark, its uncertainty and its source.
 fn heading(property: &str, provenance: &Provenance) -> String {
-    let spread = 200.0 * provenance.relative_uncertainty;
-    let trust = format!("{}, ±{spread:.0} % at 95 %", provenance.source_kind.key());
+    let mark = match provenance.source_kind {
+        SourceKind::NotStated => "provenance not stated",
+        kind => kind.key(),
+    };
+    let spread = provenance.relative_uncertainty;
+    let spread = spread.map_or(String::new(), |deviation| format!(", ±{:.0} % at 95 %", 200.0 * deviation));
+    let trust = format!("{mark}{spread}");
     let space = WIDTH.saturating_sub(property.chars().count());
     format!("{property}{trust:>space$}\n{}\n", wrapped(&provenance.source, "  "))
 }

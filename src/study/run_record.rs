@@ -51,6 +51,11 @@ impl RunRecord {
     }
 }
 
+/// Today in UTC, as `2026-11-24`.
+pub fn utc_date() -> String {
+    utc_text(SystemTime::now()).split('T').next().unwrap_or_default().to_owned()
+}
+
 /// A time as `2026-11-24T14:20:12Z`; a time before 1970 is its beginning.
 pub(crate) fn utc_text(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());

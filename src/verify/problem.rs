@@ -287,7 +287,7 @@ pub(super) fn provenance() -> Provenance {
     Provenance {
         source_kind: SourceKind::ReadInSource,
         source: "the reference problem".to_owned(),
-        relative_uncertainty: 0.0,
+        relative_uncertainty: Some(0.0),
     }
 }
 

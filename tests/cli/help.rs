@@ -44,7 +44,7 @@ fn words(line: &str) -> Vec<String> {
 
 #[test]
 fn every_example_of_every_help_runs() {
-    let cases = format!("{}/cases/", root().display());
+    let (cases, data) = (format!("{}/cases/", root().display()), format!("{}/data/", root().display()));
     let mut count = 0;
     for (name, help) in helps(&Scratch::new("examples"), "") {
         let scratch = Scratch::new(&format!("examples-{}", name.replace(' ', "-")));
@@ -53,7 +53,7 @@ fn every_example_of_every_help_runs() {
         for line in found {
             // The output goes to standard output here, as there is no shell.
             let line = line.split(" > ").next().expect("a command");
-            let words = words(&line.replace("cases/", &cases));
+            let words = words(&line.replace("cases/", &cases).replace(" data/", &format!(" {data}")));
             let ran = wait_for(command(&scratch).args(&words[1..]));
             assert_eq!(ran.code, 0, "{line}:\n{}", ran.stderr);
             count += 1;

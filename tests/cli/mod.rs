@@ -5,6 +5,7 @@ mod devices; // devices, missing backends, materials, verification
 mod estimates; // several cases, losses, priors, multi-start, profiles, posterior
 mod help; // examples, completions, manual pages, old names of options and keys
 mod history; // inverse heat conduction: output, numbers, a file that a case reads
+mod imports; // material files from tables and from other programs
 mod init; // templates
 mod input_errors; // exit code 2: errors with their location, nothing written
 mod limits; // sizes, endless files, control characters, output that cannot be written

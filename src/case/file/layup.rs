@@ -1,11 +1,11 @@
-//! `[[ply]]`, `contact_conductance`, `[[sensor]]`, and the temperature limits of all.
+//! `[[ply]]`, `contact_conductance` or `contact_resistance`, `[[sensor]]`, and the temperature limits of all.
 
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
 use crate::case::error::ReadResult;
 use crate::case::layup::{DEPTH_TOLERANCE_M, rounded_mm};
 use crate::case::suggestion::suggestion;
-use crate::case::unit::Dimension;
+use crate::case::unit::{Dimension, parse_quantity};
 use crate::case::validation::UniqueNames;
 use crate::case::{Layup, LimitedPart, Ply, Sensor, Side, TemperatureLimit};
 use crate::limits::{PLIES, SENSORS};
@@ -23,8 +23,17 @@ const LIMIT_KEYS: [&str; 2] = [LIMIT, LIMIT_BELOW];
 
 /// The layup from its hot face down.
 pub(super) fn layup(case: &TableReader<'_>, references: &ReferenceResolver<'_>) -> ReadResult<Layup> {
-    let written = case.optional("contact_conductance");
-    let everywhere = written.map_or(Ok(None), contact_conductance);
+    let (conductance, resistance) = (case.optional("contact_conductance"), case.optional("contact_resistance"));
+    let (written, key) =
+        resistance.map_or((conductance, "contact_conductance"), |_| (resistance, "contact_resistance"));
+    let everywhere = match (conductance, resistance) {
+        (Some(_), Some(written)) => {
+            Err(written.error("expected `contact_conductance` or `contact_resistance`, not both"))
+        }
+        (Some(written), None) => contact_conductance(written),
+        (None, Some(written)) => contact_resistance(written),
+        (None, None) => Ok(None),
+    };
     let reacts = case.optional("decomposition").is_some_and(|written| written.boolean().unwrap_or(true));
     let sections = case.array_of_tables("ply")?;
     if sections.is_empty() {
@@ -41,7 +50,7 @@ pub(super) fn layup(case: &TableReader<'_>, references: &ReferenceResolver<'_>) 
     let is_taken = layers[..layers.len() - 1].iter().any(|layer| layer.contact_below.is_none());
     if let (Some(written), Some(_), false) = (written, everywhere, is_taken) {
         let why = if layers.len() == 1 { "the layup has one ply" } else { "every ply has its own `contact_below`" };
-        return Err(written.error(format!("`contact_conductance` applies to no interface: {why}")));
+        return Err(written.error(format!("`{key}` applies to no interface: {why}")));
     }
     let contacts = layers[..layers.len() - 1].iter().map(|layer| layer.contact_below.unwrap_or(everywhere));
     Ok(Layup {
@@ -58,7 +67,7 @@ fn ply_entry(section: &TableReader<'_>, references: &ReferenceResolver<'_>, reac
     let thickness_m = section.positive("thickness", Dimension::Length);
     let material =
         section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| references.material(w));
-    let contact_below = section.optional("contact_below").map(contact_conductance).transpose();
+    let contact_below = section.optional("contact_below").map(contact).transpose();
     let decomposes = section.optional("decomposition");
     let own = decomposes.map_or(Ok(true), ValueReader::boolean);
     section.allow_keys(&LIMIT_KEYS);
@@ -79,6 +88,17 @@ fn ply_entry(section: &TableReader<'_>, references: &ReferenceResolver<'_>, reac
         thickness_m: thickness_m?,
     };
     Ok(PlyEntry { ply, contact_below: contact_below? })
+}
+
+/// A conductance, a resistance, or `"perfect"`.
+fn contact(written: ValueReader<'_>) -> ReadResult<Option<f64>> {
+    let is_resistance = written.is_text() && parse_quantity(written.text()?, Dimension::ContactResistance).is_ok();
+    if is_resistance { contact_resistance(written) } else { contact_conductance(written) }
+}
+
+/// The conductance of a resistance.
+fn contact_resistance(written: ValueReader<'_>) -> ReadResult<Option<f64>> {
+    Ok(Some(1.0 / written.positive(Dimension::ContactResistance)?))
 }
 
 /// A conductance, or `"perfect"`.

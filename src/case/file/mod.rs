@@ -11,6 +11,7 @@ mod factor;
 mod files;
 mod gas;
 mod gas_flow;
+mod import;
 mod layup;
 mod material;
 mod observation;
@@ -25,6 +26,7 @@ mod tests;
 mod text_file;
 
 pub use files::{FileSource, Folder};
+pub use import::{ImportRecord, ImportedMaterial, MaterialColumns, PatoHeat, PatoOptions, PropertyColumns};
 
 use super::builder::{CaseBuilder, checked_figure_number};
 use super::error::{CaseError, Diagnostics, ReadResult, SourceLocation};

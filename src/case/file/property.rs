@@ -78,8 +78,7 @@ pub(super) fn table(section: &TableReader<'_>, dimension: Dimension) -> ReadResu
         let value = written.quantity(dimension)?;
         return written.require(Table::checked_value(value, dimension)).map(Table::constant);
     }
-    let temperatures = section.required("temperatures_k", "a list of temperatures in K, or a key `value`");
-    let temperatures_k = temperatures.and_then(numbers).and_then(increasing_temperatures);
+    let temperatures_k = table_temperatures(section);
     let outside = section.required("outside", "clamp, extrapolate or error").and_then(outside);
     let scale = match section.optional("unit") {
         None if dimension == Dimension::Fraction => Ok(1.0),
@@ -101,14 +100,39 @@ pub(super) fn table(section: &TableReader<'_>, dimension: Dimension) -> ReadResu
     Ok(table)
 }
 
+/// `temperatures_k`, or `temperatures` with their `temperature_unit`, K.
+fn table_temperatures(section: &TableReader<'_>) -> ReadResult<Vec<f64>> {
+    let (kelvin, other) = (section.optional("temperatures_k"), section.optional("temperatures"));
+    let unit = section.optional("temperature_unit");
+    match (kelvin, other, unit) {
+        (Some(written), None, None) => increasing_temperatures(numbers(written)?, (1.0, 0.0)),
+        (None, Some(written), Some(unit)) => {
+            let conversion = unit.require(unit_conversion(unit.text()?, Dimension::Temperature))?;
+            increasing_temperatures(numbers(written)?, conversion)
+        }
+        (None, Some(written), None) => {
+            Err(written.error("`temperatures` need a key `temperature_unit` such as \"degR\": found none"))
+        }
+        (Some(_), Some(written), _) => Err(written.error("expected `temperatures_k` or `temperatures`, not both")),
+        (_, None, Some(unit)) => Err(unit.error("`temperature_unit` needs a key `temperatures`: found none")),
+        (None, None, None) => {
+            Err(section.error("missing key \"temperatures_k\": expected a list of temperatures in K, or a key `value`"))
+        }
+    }
+}
+
 fn numbers(written: ValueReader<'_>) -> ReadResult<Vec<(f64, ValueReader<'_>)>> {
     collect_all(written.list()?.into_iter().map(|each| Ok((each.number()?, each))))
 }
 
-fn increasing_temperatures(temperatures_k: Vec<(f64, ValueReader<'_>)>) -> ReadResult<Vec<f64>> {
+/// Temperatures in K, each scaled and shifted, which must increase.
+fn increasing_temperatures(
+    temperatures: Vec<(f64, ValueReader<'_>)>,
+    (scale, offset_k): (f64, f64),
+) -> ReadResult<Vec<f64>> {
     let mut last_k = 0.0;
-    collect_all(temperatures_k.into_iter().map(|(temperature_k, written)| {
-        last_k = written.require(Table::checked_next_temperature_k(last_k, temperature_k))?;
+    collect_all(temperatures.into_iter().map(|(temperature, written)| {
+        last_k = written.require(Table::checked_next_temperature_k(last_k, temperature * scale + offset_k))?;
         Ok(last_k)
     }))
 }
@@ -169,17 +193,30 @@ pub(super) fn keyword<T: Copy>(
 }
 
 /// Provenance. `uncertainty` is the half-width of the 95 % interval in the file and one standard deviation, half of it,
-/// here.
+/// here. Without a `mark` all keys are optional.
 pub(super) fn provenance(section: &TableReader<'_>) -> ReadResult<Provenance> {
-    let mark = section.required("mark", "read, remembered, estimated or paper").and_then(|written| {
+    let (mark, source, uncertainty) =
+        (section.optional("mark"), section.optional("source"), section.optional("uncertainty"));
+    let is_complete = if mark.is_none() {
+        Ok(())
+    } else if source.is_none() {
+        let expected = "expected the publication, the report, the supplier, or the basis of the estimate";
+        Err(section.error(format!("missing key \"source\": {expected}")))
+    } else if uncertainty.is_none() {
+        Err(section.error("missing key \"uncertainty\": expected a relative uncertainty such as \"30 %\""))
+    } else {
+        Ok(())
+    };
+    let kind = mark.map_or(Ok(SourceKind::NotStated), |written| {
         let mark = written.text()?;
-        let known = "expected read, remembered, estimated or paper";
+        let known = "expected read, remembered, estimated, paper or measured";
         SourceKind::named(mark).ok_or_else(|| written.error(format!("{known}, found {mark:?}")))
     });
-    let source = section
-        .required("source", "the publication, the supplier, or the basis of the estimate")
-        .and_then(ValueReader::text);
-    let uncertainty = section.required("uncertainty", "a relative uncertainty such as \"30 %\"");
-    let uncertainty = uncertainty.and_then(|written| written.not_negative(Dimension::Fraction));
-    Ok(Provenance { source_kind: mark?, source: source?.to_owned(), relative_uncertainty: uncertainty? / 2.0 })
+    let source = source.map_or(Ok(""), |written| {
+        let source = written.text()?;
+        written.require(Provenance::checked_source(kind.as_ref().map_or(SourceKind::NotStated, |kind| *kind), source))
+    });
+    let uncertainty = uncertainty.map(|written| Ok(written.not_negative(Dimension::Fraction)? / 2.0)).transpose();
+    is_complete?;
+    Ok(Provenance { source_kind: kind?, source: source?.to_owned(), relative_uncertainty: uncertainty? })
 }

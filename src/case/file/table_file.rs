@@ -18,6 +18,7 @@ mod workbook;
 pub(super) use sheet_choice::SheetChoice;
 
 use super::text_file;
+use crate::case::Table;
 use crate::case::error::{Diagnostics, ErrorReported, ReadResult, SourceLocation};
 use crate::case::suggestion::suggestion;
 use crate::case::table::is_increasing;
@@ -466,6 +467,51 @@ impl TableFile {
             return Err(diagnostics.record(&value.location, format!("column {:?} has no value", value.heading)));
         }
         Ok((times_s, values))
+    }
+
+    /// Whether a heading or the line of units states the unit of a column.
+    pub(super) fn has_unit(&self, column: usize) -> bool {
+        self.columns[column].unit.is_some()
+    }
+
+    /// A column of a property over that of temperatures (K), which must increase, without the rows where it has no
+    /// value.
+    pub(super) fn property_over_temperature(
+        &self,
+        temperature: ChosenColumn,
+        property: ChosenColumn,
+        dimension: Dimension,
+        diagnostics: &Diagnostics,
+    ) -> ReadResult<(Vec<f64>, Vec<f64>)> {
+        let expected = "expected a heading with a unit, a line of units below the headings, or a stated unit";
+        let conversion = |chosen: ChosenColumn, dimension| {
+            let column = &self.columns[chosen.index];
+            chosen.conversion.map_or_else(|| unit_scale(column, dimension, diagnostics, expected), Ok)
+        };
+        let (kelvin, si) = (conversion(temperature, Dimension::Temperature), conversion(property, dimension));
+        let (kelvin, si) = (kelvin?, si?);
+        let rows = self.numbers.chunks_exact(self.columns.len()).enumerate();
+        let rows = rows.filter(|(_, cells)| !cells[property.index].is_nan());
+        let mut last_k = 0.0;
+        let (mut temperatures_k, mut values) = (Vec::new(), Vec::new());
+        for (row, cells) in rows {
+            let fault = |column, message| Err(diagnostics.record(&self.cell_location(row, column), message));
+            let temperature_k = cells[temperature.index] * kelvin.0 + kelvin.1;
+            match Table::checked_next_temperature_k(last_k, temperature_k) {
+                Ok(temperature_k) => last_k = temperature_k,
+                Err(message) => return fault(temperature.index, message),
+            }
+            match Table::checked_value(cells[property.index] * si.0 + si.1, dimension) {
+                Ok(value) => values.push(value),
+                Err(message) => return fault(property.index, message),
+            }
+            temperatures_k.push(last_k);
+        }
+        if values.is_empty() {
+            let column = &self.columns[property.index];
+            return Err(diagnostics.record(&column.location, format!("column {:?} has no value", column.heading)));
+        }
+        Ok((temperatures_k, values))
     }
 
     /// Record a missing time or a cell that is not a finite number.

@@ -2,6 +2,8 @@
 
 mod chosen_columns;
 mod correlation;
+mod imported;
+mod marks;
 mod observed;
 mod paper;
 mod reacting;

@@ -38,6 +38,24 @@ fn quantities_are_converted_to_si() {
         ("85 %", Dimension::Fraction, 0.85),
         ("0.85", Dimension::Fraction, 0.85),
         ("0.25 cal/g/K", Dimension::HeatCapacity, 1046.0),
+        ("2e-3 m^2 K/W", Dimension::ContactResistance, 2e-3),
+        ("2e-3 m^2*K/W", Dimension::ContactResistance, 2e-3),
+        // NIST SP 811, appendix B.
+        ("540 degR", Dimension::Temperature, 300.0),
+        ("540 °R", Dimension::Temperature, 300.0),
+        ("1 psi", Dimension::Pressure, 6894.757293168361),
+        ("2116.21662367394 psf", Dimension::Pressure, 101325.0),
+        ("1 lbf/ft^2", Dimension::Pressure, 47.88025898033584),
+        ("1 lb/ft^3", Dimension::Density, 16.01846337396014),
+        ("1 BTU/lb/degR", Dimension::HeatCapacity, 4186.8),
+        ("1 Btu/lbm-R", Dimension::HeatCapacity, 4186.8),
+        ("1 BTU/lb", Dimension::SpecificEnthalpy, 2326.0),
+        ("1 BTU/ft/s/degR", Dimension::Conductivity, 6230.644798937),
+        ("1 Btu/ft-s-R", Dimension::Conductivity, 6230.644798937),
+        ("1 Btu/hr-ft-°F", Dimension::Conductivity, 1.730734666371),
+        ("1 BTU/ft^2/s", Dimension::HeatFlux, 11356.526682227),
+        ("1 Btu/ft2-s", Dimension::HeatFlux, 11356.526682227),
+        ("1 W/m-K", Dimension::Conductivity, 1.0),
     ];
     for &(text, dimension, expected) in known {
         let found = parse_quantity(text, dimension).unwrap_or_else(|message| panic!("{text}: {message}"));
@@ -56,6 +74,8 @@ fn every_wrong_quantity_is_reported_with_the_expected_and_the_found_text() {
         ("3 W/m^2 K", Dimension::Conductance, ": a space multiplies; write \"W/m^2/K\", found \"3 W/m^2 K\""),
         ("9 J/kg K", Dimension::HeatCapacity, ": a space multiplies; write \"J/kg/K\""),
         ("9 W/m^2 s", Dimension::Conductance, "not a quantity in this unit, found \"9 W/m^2 s\""),
+        ("9 W-s/m^2", Dimension::HeatFlux, "wrong dimension: expected a heat flux"),
+        ("9 W m-1 K-1", Dimension::Conductivity, "wrong dimension: expected a conductivity"),
         ("3 W/m^2 )", Dimension::Conductance, "is not understood at \")\""),
         ("3 furlong", Dimension::Length, "unknown unit \"furlong\""),
         ("3 (m", Dimension::Length, "lacks a closing parenthesis"),

@@ -106,3 +106,31 @@ impl TemplateArg {
         })
     }
 }
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OutsideArg {
+    /// The end value
+    Clamp,
+    /// The line of the last two rows, continued
+    Extrapolate,
+    /// A member that leaves the table fails
+    Error,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PatoHeatArg {
+    /// Enthalpies of virgin and char with the heat of formation, as PATO by default
+    Absolute,
+    /// Heats h of the reactions
+    OfReaction,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DirectionArg {
+    /// First direction
+    I,
+    /// Second direction
+    J,
+    /// Third direction
+    K,
+}

@@ -116,11 +116,16 @@ fn name_and_value<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str),
 }
 
 pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
+    pairs(sets, "--set")
+}
+
+/// Names and values of an option that may be repeated, each name once.
+pub(crate) fn pairs(texts: &[String], option: &str) -> Result<Vec<(String, String)>, Failure> {
     let mut pairs: Vec<(String, String)> = Vec::new();
-    for set in sets {
-        let (name, value) = name_and_value(set, "--set")?;
+    for text in texts {
+        let (name, value) = name_and_value(text, option)?;
         if pairs.iter().any(|(earlier, _)| earlier == name) {
-            return Err(input(format!("--set names {name:?} twice")));
+            return Err(input(format!("{option} names {name:?} twice")));
         }
         pairs.push((name.to_owned(), value.to_owned()));
     }

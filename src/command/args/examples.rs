@@ -137,6 +137,34 @@ pub(super) const MATERIALS_CHECK: &str = "\
 Examples:
   bondline materials check cases/slab/materials/constant.toml";
 
+pub(super) const MATERIALS_IMPORT: &str = "\
+Examples:
+  bondline materials import table data/import/felt.csv --name \"My felt\" \\
+    --temperature \"T [K]\" --density 120 --conductivity \"k [W/m/K]\" \\
+    --heat-capacity cp --unit \"cp=J/kg/K\" --emissivity 0.85 --out my_felt.toml";
+
+pub(super) const MATERIALS_IMPORT_TABLE: &str = "\
+Examples:
+  # The heat capacity has no unit in the file
+  bondline materials import table data/import/felt.csv --name \"My felt\" \\
+    --temperature \"T [K]\" --density 120 --conductivity \"k [W/m/K]\" \\
+    --heat-capacity cp --unit \"cp=J/kg/K\" --emissivity 0.85 --out my_felt.toml
+
+  # Measured by us, with the report
+  bondline materials import table data/import/felt.csv --name \"My felt\" \\
+    --temperature \"T [K]\" --density \"7.5 lb/ft^3\" --conductivity \"k [W/m/K]\" \\
+    --heat-capacity \"900 J/kg/K\" --emissivity 0.85 --out my_felt_2.toml \\
+    --mark measured --source \"TR-2031, hot disk\" --uncertainty \"5 %\"";
+
+pub(super) const MATERIALS_IMPORT_PATO: &str = "\
+Examples:
+  bondline materials import pato data/import/pato --name \"Made-up resin\" \\
+    --out resin.toml
+
+  # With the heats of the reactions
+  bondline materials import pato data/import/pato --name \"Made-up resin\" \\
+    --heat of-reaction --out resin_2.toml";
+
 pub(super) const VERIFY: &str = "\
 Examples:
   # All groups take some minutes

@@ -5,6 +5,7 @@ pub(crate) mod convert;
 mod examples;
 mod fit;
 mod history;
+mod import;
 mod init;
 pub(crate) mod renamed;
 mod resume;
@@ -12,11 +13,12 @@ mod sweep;
 mod twin;
 
 pub(crate) use choices::{
-    BackendArg, BoundsArg, DerivativeArg, FormatArg, KeepArg, MinimiserArg, PrecisionArg, PriorArg, SamplingArg,
-    TemplateArg,
+    BackendArg, BoundsArg, DerivativeArg, DirectionArg, FormatArg, KeepArg, MinimiserArg, OutsideArg, PatoHeatArg,
+    PrecisionArg, PriorArg, SamplingArg, TemplateArg,
 };
 pub(crate) use fit::{FitArgs, ObservationArgs, PosteriorArgs};
 pub(crate) use history::HistoryArgs;
+pub(crate) use import::{ImportCommand, PatoArgs, RecordArgs, TableArgs};
 pub(crate) use init::InitArgs;
 pub(crate) use resume::ResumeArgs;
 pub(crate) use sweep::{MergeArgs, SizeArgs, SweepArgs};
@@ -181,7 +183,7 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// The material database: list, properties of a material, check of a material file
+    /// The material database: list, properties of a material, check and import of material files
     #[command(after_long_help = examples::MATERIALS)]
     Materials {
         #[command(subcommand)]
@@ -229,6 +231,12 @@ pub(crate) enum MaterialsCommand {
     Check {
         /// The material file
         file: PathBuf,
+    },
+    /// A material file from a table or from the files of another program
+    #[command(after_long_help = examples::MATERIALS_IMPORT)]
+    Import {
+        #[command(subcommand)]
+        from: Box<ImportCommand>,
     },
 }
 

@@ -233,6 +233,14 @@ pub fn write_observations(path: &Path, case: &Case, twin: &SyntheticData) -> Res
     write_atomically(path, text.as_bytes())
 }
 
+/// Write a text file atomically.
+///
+/// # Errors
+/// When the file cannot be written or renamed.
+pub fn write_text(path: &Path, text: &str) -> Result<(), ReportError> {
+    write_atomically(path, text.as_bytes())
+}
+
 /// Write a file atomically.
 fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     let partial = TemporaryPath::new_in(path.parent().unwrap_or(Path::new("")));

@@ -152,13 +152,15 @@ fn provenance_row(material: &Material, property: &str, known: String, provenance
         SourceKind::Remembered => "remembered, not verified",
         SourceKind::Estimated => "estimated",
         SourceKind::Paper => "stated in the paper",
+        SourceKind::Measured => "measured by us",
+        SourceKind::NotStated => "provenance not stated",
     };
     vec![
         material.name.clone(),
         property.to_owned(),
         known,
         mark.to_owned(),
-        format::percent(provenance.relative_uncertainty),
+        provenance.relative_uncertainty.map_or("–".to_owned(), format::percent),
         provenance.source.clone(),
     ]
 }
