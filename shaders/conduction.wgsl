@@ -189,7 +189,6 @@ fn surface_state(face: u32, cell: u32, stage: u32) -> SurfaceState {
 fn open_face_flux(face: u32, forcing: BoundaryForcing, surface_state: SurfaceState) -> SurfaceFlux {
     let open = surface_flux(
         forcing,
-        plan.faces[face],
         face_scales[face],
         surface_state.temperature_k,
         surface_state.emissivity,

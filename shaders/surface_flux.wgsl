@@ -31,7 +31,6 @@ fn blowing_share(film_kg_m2_s: real, twice_blowing_kg_m2_s: real) -> real {
 
 fn surface_flux(
     forcing: BoundaryForcing,
-    face: Face,
     scale: FaceScale,
     temperature_k: real,
     emissivity: real,
@@ -40,17 +39,17 @@ fn surface_flux(
     blown_kg_m2_s: real,
 ) -> SurfaceFlux {
     let emission = scale.emissivity * emissivity;
-    let hot_wall = face.hot_wall_kg_j;
-    var convected = scale.heating * forcing.flux_w_m2;
-    if face.blowing != 0.0 {
-        convected = convected * blowing_share(convected * hot_wall, face.blowing * blown_kg_m2_s);
+    let hot_wall = forcing.hot_wall;
+    var convected = scale.heating * forcing.convection;
+    if forcing.blowing != 0.0 {
+        convected = convected * blowing_share(convected * hot_wall, forcing.blowing * blown_kg_m2_s);
     }
-    let film = scale.film * face.film_w_m2_k;
+    let film = scale.film * forcing.film_w_m2_k;
     let radiance = scale.exchange * emission * real(STEFAN_BOLTZMANN);
     let surroundings = forcing.surroundings_k;
     let square = temperature_k * temperature_k;
     let surroundings_square = surroundings * surroundings;
-    var flux = convected * (1.0 - hot_wall * enthalpy_j_kg);
+    var flux = convected * (forcing.recovery - hot_wall * enthalpy_j_kg);
     flux = flux + scale.heating * emission * forcing.radiant_w_m2;
     flux = flux + film * (forcing.gas_k - temperature_k);
     flux = flux + radiance * (surroundings_square * surroundings_square - square * square);

@@ -96,7 +96,7 @@ pub const OUTPUT_INTERVALS: Limit = Limit { quantity: "output intervals of a cas
 pub const PROFILE_INSTANTS: Limit = Limit { quantity: "instants of profiles through the thickness", max: 200 };
 /// Instants are output instants and the times of observations: 8 MB per member.
 pub const TEMPERATURES: Limit = Limit { quantity: "temperatures of a member (sensors times instants)", max: 1_000_000 };
-/// 400 MB of schedules, with those of the coarse plan.
+/// 530 MB of schedules, with those of the coarse plan.
 pub const STEPS: Limit = Limit { quantity: "time steps of a march", max: 1_000_000 };
 /// A few seconds of one member.
 pub const CELL_STEPS: Limit = Limit { quantity: "cells times time steps of a march", max: 200_000_000 };

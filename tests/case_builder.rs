@@ -156,17 +156,19 @@ const BREAKS: &[Break] = &[
         Some(case.exposure.holder = Some(Holder { conductance_w_m3_k: 1.0, temperature_k }))
     }),
     ("exposure.hot_face", |case| Some(case.exposure.hot_face = Face::Held(schedule(&[0.0], &[0.0])))),
-    ("exposure.hot_face.film_w_m2_k", |case| Some(hot(case).film_w_m2_k = -1.0)),
+    ("exposure.hot_face.film_w_m2_k", |case| Some(hot(case).film_w_m2_k = schedule(&[0.0], &[-1.0]))),
     ("exposure.hot_face.gas_k", |case| Some(hot(case).gas_k = schedule(&[0.0], &[0.0]))),
     ("exposure.hot_face.emissivity", |case| Some(hot(case).emissivity = Emissivity::Constant(1.5))),
     ("exposure.hot_face.surroundings_k", |case| Some(hot(case).surroundings_k = schedule(&[0.0], &[-1.0]))),
-    ("exposure.hot_face.recovery_enthalpy_j_kg", |case| Some(hot(case).recovery_enthalpy_j_kg = Some(0.0))),
-    ("exposure.hot_face.blowing", |case| Some(hot(case).blowing = 2.0)),
-    ("exposure.hot_face.blowing", |case| Some(hot(case).blowing = 0.5)),
+    ("exposure.hot_face.recovery_enthalpy_j_kg", |case| {
+        Some(hot(case).recovery_enthalpy_j_kg = Some(schedule(&[0.0], &[0.0])))
+    }),
+    ("exposure.hot_face.blowing", |case| Some(hot(case).blowing = schedule(&[0.0], &[2.0]))),
+    ("exposure.hot_face.blowing", |case| Some(hot(case).blowing = schedule(&[0.0], &[0.5]))),
     ("exposure.hot_face.blowing", |case| {
         case.gas = None;
         let open = hot(case);
-        Some((open.blowing, open.recovery_enthalpy_j_kg) = (0.5, Some(9e6)))
+        Some((open.blowing, open.recovery_enthalpy_j_kg) = (schedule(&[0.0], &[0.5]), Some(schedule(&[0.0], &[9e6]))))
     }),
     ("exposure.back_face", |case| Some(case.exposure.back_face = Face::Held(schedule(&[0.0], &[0.0])))),
     ("gas", |case| {

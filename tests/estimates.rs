@@ -177,7 +177,7 @@ fn a_factor_without_effect_on_the_data_has_an_infinite_error() {
     let case = modified(&case("twin-tc3"), |case| {
         // This sensor has no observations, so its depth does not affect the data.
         let (name, depth_m) = ("FREE".to_owned(), case.layup.origin_m + 1.5e-3);
-        case.sensors.push(Sensor { name: name.clone(), depth_m, side: Side::Both, lag_s: 0.0 });
+        case.sensors.push(Sensor { name: name.clone(), depth_m, side: Side::Both, lag_s: 0.0, pyrometer: None });
         case.factors.push(Factor {
             name: "f_depth".to_owned(),
             group: name,

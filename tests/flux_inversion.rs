@@ -87,7 +87,12 @@ fn radiant(radiant_w_m2: Schedule) -> Case {
 /// The paper's case heated by a gas through a film coefficient alone.
 fn convective(gas_k: Schedule) -> Case {
     faced(|open| {
-        *open = OpenFace { film_w_m2_k: 150.0, heating_scales_film: true, gas_k, ..OpenFace::insulated() };
+        *open = OpenFace {
+            film_w_m2_k: Schedule::constant(150.0),
+            heating_scales_film: true,
+            gas_k,
+            ..OpenFace::insulated()
+        };
     })
 }
 

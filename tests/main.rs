@@ -24,6 +24,7 @@ mod output_instants; // sample times between output instants
 mod outputs; // columns, keys and screens against docs/reference/outputs.md
 mod paper; // the chapter on the figures of the paper
 mod posterior; // posteriors against linear intervals and profiles; prediction of unfitted sensors
+mod pyrometer; // readings by Planck's law; estimates from them
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod sensor_convergence; // convergence of sensors beside plies that decompose
 mod session; // sessions against the command; progress, cancellation, invalid options

@@ -16,7 +16,8 @@ fn slab(every_s: f64, largest_step_s: f64, hot_face: Face) -> Case {
     modified(&case("slab"), |case| {
         case.observations.clear();
         case.estimate = EstimationSettings::default();
-        case.sensors = vec![Sensor { name: "TC1".to_owned(), depth_m: 0.0, side: Side::Both, lag_s: 0.0 }];
+        case.sensors =
+            vec![Sensor { name: "TC1".to_owned(), depth_m: 0.0, side: Side::Both, lag_s: 0.0, pyrometer: None }];
         case.exposure.duration_s = 12.0;
         case.exposure.initial_k = vec![(0.0, 300.0)];
         case.exposure.hot_face = hot_face;

@@ -1,7 +1,7 @@
 //! Posteriors of whole cases against linear intervals and profiles, and predictive bands against data not fitted.
 
 use crate::support::{POSTERIOR_ENDS, ROUNDING_K, case, modified};
-use bondline::case::{Case, Face, Observation};
+use bondline::case::{Case, Face, Observation, Schedule};
 use bondline::ensemble::Ensemble;
 use bondline::march::{Backend, March, MarchError, Precision, cpu::Cpu};
 use bondline::plan::Plan;
@@ -109,7 +109,7 @@ fn the_band_of_an_unobserved_thermocouple_contains_equally_good_models() {
     for film_w_m2_k in [20.0, 40.0] {
         let other = modified(&case, |case| {
             let Face::Open(open) = &mut case.exposure.back_face else { panic!("an open face") };
-            open.film_w_m2_k = film_w_m2_k;
+            open.film_w_m2_k = Schedule::constant(film_w_m2_k);
         });
         let other = estimated(&other, &[]);
         assert!(off_k(&other) < 1.05 * off_k(&found), "{film_w_m2_k}: {} for {}", off_k(&other), off_k(&found));

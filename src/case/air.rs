@@ -30,6 +30,14 @@ const ENTHALPY: [(f64, f64); 7] = [
     (2000.0, 1954e3),
 ];
 
+/// Cold-wall temperature of the stated heat flux of a probe, K.
+const COLD_WALL_K: f64 = 300.0;
+
+/// Enthalpy of air at the cold wall of a probe relative to 298 K, J/kg.
+pub fn cold_wall_enthalpy_j_kg() -> f64 {
+    air_enthalpy_j_kg(COLD_WALL_K)
+}
+
 /// Conductivity of unconfined air, W/m/K.
 pub fn air_conductivity_w_m_k(temperature_k: f64) -> f64 {
     let ratio = temperature_k / ICE_POINT_K;

@@ -8,6 +8,7 @@ use super::gas::{BACK_PRESSURE_NEEDS_DARCY, BLOWING_NEEDS_GAS, GasFlow, GasFlowM
 use super::input_files::InputFiles;
 use super::layup::{Layup, Ply, Sensor};
 use super::observation::Observation;
+use super::pyrometer::Pyrometer;
 use super::reading_notes::ReadingNotes;
 use super::resolution::Resolution;
 use super::temperature_limit::TemperatureLimit;
@@ -38,7 +39,8 @@ use crate::limits::{FACTORS, SENSORS, TEMPERATURES};
 ///     back_face: Face::Open(OpenFace::insulated()),
 /// };
 /// let mut builder = CaseBuilder::new("felt", layup, exposure);
-/// builder.sensors.push(Sensor { name: "BACK".to_owned(), depth_m: 0.02, side: Side::Both, lag_s: 0.0 });
+/// let (side, lag_s, pyrometer) = (Side::Both, 0.0, None);
+/// builder.sensors.push(Sensor { name: "BACK".to_owned(), depth_m: 0.02, side, lag_s, pyrometer });
 /// let error = builder.clone().build().expect_err("the sensor lies outside the layup");
 /// assert_eq!(
 ///     error.to_string(),
@@ -216,6 +218,9 @@ impl CaseBuilder {
         for (at, sensor) in at.elements(&self.sensors) {
             sensor.check(&at, layup);
             at.child("name").require(names.insert(&sensor.name));
+            if let (Some(_), Some(ply)) = (sensor.pyrometer, self.layup.plies.first()) {
+                at.child("pyrometer").require(Pyrometer::check_face(&self.exposure.hot_face, &ply.name, &ply.material));
+            }
         }
     }
 
@@ -241,7 +246,7 @@ impl CaseBuilder {
         if exposure.back_pressure_pa.is_some() && self.gas.as_ref().is_none_or(|gas| gas.model != GasFlowModel::Darcy) {
             case.child("exposure.back_pressure_pa").error(BACK_PRESSURE_NEEDS_DARCY);
         }
-        let is_blown = matches!(&exposure.hot_face, Face::Open(open) if open.blowing > 0.0);
+        let is_blown = matches!(&exposure.hot_face, Face::Open(open) if open.is_blown());
         if is_blown && self.gas.is_none() {
             case.child("exposure.hot_face.blowing").error(BLOWING_NEEDS_GAS);
         }

@@ -55,7 +55,7 @@ impl<'a> FactorTargets<'a> {
     pub(super) fn check_target(self, property: Property) -> Result<(), String> {
         let has_no_loss = |face: &Face| match face {
             Face::Held(_) => true,
-            Face::Open(open) => open.film_w_m2_k == 0.0 && open.emissivity == Emissivity::Constant(0.0),
+            Face::Open(open) => !open.film_w_m2_k.acts() && open.emissivity == Emissivity::Constant(0.0),
         };
         let reason = match property {
             Property::Heating if matches!(self.hot_face, Face::Held(_)) => {

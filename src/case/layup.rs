@@ -1,6 +1,7 @@
 //! The layup: plies from hot face to back face, and the sensors in them.
 
 use super::material::Material;
+use super::pyrometer::Pyrometer;
 use super::validation::{FieldPath, UniqueNames, not_negative, positive};
 use crate::limits::{PLIES, THICKNESS_RATIO};
 use std::sync::Arc;
@@ -148,7 +149,7 @@ impl Layup {
     }
 }
 
-/// A thermocouple: a named depth.
+/// A thermocouple at a depth, or a pyrometer that looks at the hot face.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sensor {
@@ -161,6 +162,8 @@ pub struct Sensor {
     pub side: Side,
     /// Time constant of the first-order lag of the bead, s; 0 for none.
     pub lag_s: f64,
+    /// The pyrometer, which reads a brightness temperature; `None` for a thermocouple. Its depth and lag are 0.
+    pub pyrometer: Option<Pyrometer>,
 }
 
 impl Sensor {
@@ -189,6 +192,12 @@ impl Sensor {
     pub(super) fn check(&self, at: &FieldPath<'_>, layup: Option<&Layup>) {
         at.child("name").require(Self::checked_name(&self.name));
         at.not_negative("lag_s", self.lag_s);
+        if let Some(pyrometer) = &self.pyrometer {
+            pyrometer.check(&at.child("pyrometer"));
+            if self.depth_m != 0.0 || self.lag_s != 0.0 {
+                at.error("expected a depth and a lag of 0 of a pyrometer, which looks at the hot face");
+            }
+        }
         let depth = at.child("depth_m");
         let depth_m = depth.require(not_negative(self.depth_m, self.depth_m));
         let Some((layup, depth_m)) = layup.zip(depth_m) else { return };

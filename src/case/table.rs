@@ -204,6 +204,24 @@ impl Schedule {
         }
     }
 
+    /// Require values that are not negative.
+    pub(super) fn check_not_negative(&self) -> Result<(), String> {
+        match self.values.iter().find(|value| **value < 0.0) {
+            Some(value) => Err(format!("expected 0 or more, found {value}")),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a value is not zero.
+    pub fn acts(&self) -> bool {
+        self.values.iter().any(|value| *value != 0.0)
+    }
+
+    /// The lowest value.
+    pub fn lowest(&self) -> f64 {
+        self.values.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
     /// Record the first value that a quantity of this dimension cannot have.
     pub(super) fn check(&self, at: &FieldPath<'_>, dimension: Dimension) {
         if let Some(value) = self.values.iter().find(|value| !dimension.is_allowed(**value)) {

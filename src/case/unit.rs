@@ -28,6 +28,8 @@ pub enum Dimension {
     Conductance,
     /// m² K/W: contact.
     ContactResistance,
+    /// kg/m²/s: film coefficient of an enthalpy difference.
+    MassFlux,
     /// W/m³/K: lateral conductance to a holder.
     VolumeConductance,
     /// W/m/K
@@ -74,6 +76,7 @@ impl Dimension {
             Self::HeatFlux => "a heat flux such as \"26.7 W/cm^2\"",
             Self::Conductance => "a heat transfer coefficient such as \"500 W/m^2/K\"",
             Self::ContactResistance => "a contact resistance such as \"2e-3 m^2 K/W\"",
+            Self::MassFlux => "a film coefficient such as \"0.3 kg/m^2/s\"",
             Self::VolumeConductance => "a conductance in a volume such as \"20 kW/m^3/K\"",
             Self::Conductivity => "a conductivity such as \"0.05 W/m/K\"",
             Self::SpecificEnthalpy => "an enthalpy such as \"12 MJ/kg\"",
@@ -100,6 +103,7 @@ impl Dimension {
             Self::HeatFlux => [1, 0, -3, 0, 0],
             Self::Conductance => [1, 0, -3, -1, 0],
             Self::ContactResistance => [-1, 0, 3, 1, 0],
+            Self::MassFlux => [1, -2, -1, 0, 0],
             Self::VolumeConductance => [1, -1, -3, -1, 0],
             Self::Conductivity => [1, 1, -3, -1, 0],
             Self::SpecificEnthalpy => [0, 2, -2, 0, 0],
@@ -133,7 +137,7 @@ impl Dimension {
 
     /// The name of the quantity with these exponents: `a length`.
     fn name_of_exponents(powers: Exponents) -> &'static str {
-        const ALL: [Dimension; 20] = [
+        const ALL: [Dimension; 21] = [
             Dimension::Length,
             Dimension::Time,
             Dimension::Temperature,
@@ -141,6 +145,7 @@ impl Dimension {
             Dimension::HeatFlux,
             Dimension::Conductance,
             Dimension::ContactResistance,
+            Dimension::MassFlux,
             Dimension::VolumeConductance,
             Dimension::Conductivity,
             Dimension::SpecificEnthalpy,

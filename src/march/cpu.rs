@@ -1,6 +1,6 @@
 //! The CPU backend: groups of members in SIMD lanes, over all threads.
 
-use super::{Backend, March, MarchError, Precision, interpolate_records, member_status};
+use super::{Backend, March, MarchError, Precision, member_status, readings, trace_rows};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::cell_state::CELL_QUANTITIES;
@@ -121,18 +121,19 @@ impl March for Cpu {
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
+        let rows = trace_rows(plan, ensemble, members.clone(), &[]);
         let records = if members.len() <= SCALAR_MEMBERS_PER_THREAD * self.threads {
             march_scalar(self.precision, plan, ensemble, members)
         } else {
             self.instruction_set.march(self.precision, plan, ensemble, members)
         };
-        Ok(interpolate_records(records, plan, 1))
+        Ok(readings(records, plan, &rows))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
         let records = self.instruction_set.tangents(self.precision, plan, points, factors);
-        Ok(Some(interpolate_records(records, plan, 1 + factors.len())))
+        Ok(Some(readings(records, plan, &trace_rows(plan, points, 0..points.len(), factors))))
     }
 
     /// One plan a thread.
@@ -160,12 +161,13 @@ impl March for ScalarReference {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        Ok(interpolate_records(march_scalar(self.0, plan, ensemble, members), plan, 1))
+        let rows = trace_rows(plan, ensemble, members.clone(), &[]);
+        Ok(readings(march_scalar(self.0, plan, ensemble, members), plan, &rows))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         let records = InstructionSet::Scalar.tangents(self.0, plan, points, factors);
-        Ok(Some(interpolate_records(records, plan, 1 + factors.len())))
+        Ok(Some(readings(records, plan, &trace_rows(plan, points, 0..points.len(), factors))))
     }
 }
 

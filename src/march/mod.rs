@@ -11,6 +11,7 @@ pub mod richardson;
 
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
+use crate::plan::pyrometer_readings::TraceRows;
 use crate::traces::{MemberStatus, Traces};
 use monitor::Monitor;
 use std::ops::Range;
@@ -236,9 +237,21 @@ pub fn march_members(
     before.map_or(Ok(()), |last| march.finish(last).map(take))
 }
 
-/// Readings at the instants of a plan, interpolated from records at its steps. Of every `rows_per_member` rows the
-/// first is a member and the others are derivatives.
-fn interpolate_records(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
+/// The rows of some members, each followed by its derivatives by `derivatives`.
+fn trace_rows(plan: &Plan, ensemble: &Ensemble, members: Range<usize>, derivatives: &[usize]) -> TraceRows {
+    let column = plan.face_columns[0].emissivity as usize;
+    let factor = |member| if column == 0 { 1.0 } else { ensemble.member(member)[column - 1] };
+    let has_pyrometers = !plan.pyrometers.is_empty();
+    TraceRows {
+        rows_per_member: 1 + derivatives.len(),
+        emissivity_factors: if has_pyrometers { members.map(factor).collect() } else { Vec::new() },
+        derivative_row: derivatives.iter().position(|&factor| factor + 1 == column).map(|position| position + 1),
+    }
+}
+
+/// Readings at the instants of a plan: interpolated from records at its steps, prescribed on held faces, and of
+/// pyrometers.
+fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
     let mut readings = match &plan.interpolation {
         None => records,
         Some(readout) => {
@@ -258,9 +271,12 @@ fn interpolate_records(records: Traces, plan: &Plan, rows_per_member: usize) -> 
     let (sensors, instants) = (readings.sensors, readings.instants);
     for held in &plan.held_readings {
         let Some(held_k) = &held.temperatures_k else { continue };
-        let rows = readings.temperatures_k.chunks_exact_mut((sensors * instants).max(1));
-        rows.step_by(rows_per_member).for_each(|row| row[held.sensor * instants..][..instants].copy_from_slice(held_k));
+        let members = readings.temperatures_k.chunks_exact_mut((sensors * instants).max(1));
+        members
+            .step_by(rows.rows_per_member)
+            .for_each(|row| row[held.sensor * instants..][..instants].copy_from_slice(held_k));
     }
+    plan.read_pyrometers(&mut readings.temperatures_k, rows);
     separate_limits(readings, plan)
 }
 

@@ -314,10 +314,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         forcing: BoundaryForcing<R::Scalar>,
         surface: SurfaceState<R>,
     ) -> SurfaceFlux<R> {
-        let row = self.rows.faces[face];
         let open = surface_flux(
             forcing,
-            row,
             self.scales.faces[face],
             surface.temperature_k,
             surface.emissivity,
@@ -325,7 +323,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             surface.enthalpy_slope_j_kg_k,
             self.gas.stage_outflow,
         );
-        let free = R::from_f64(1.0) - R::splat(row.held);
+        let free = R::from_f64(1.0) - R::splat(self.rows.faces[face].held);
         SurfaceFlux { flux: free * open.flux, slope: free * open.slope }
     }
 

@@ -1,13 +1,14 @@
 //! Heat flux through an open face, positive into the layup.
 //!
-//! `q = f_h (q_cw (1 − w Δh_w) + ε q_rad) + f_f h (T_g − T) + f_x ε σ (T_s⁴ − T⁴)`, where Δh_w is the enthalpy of air
-//! at the wall above that at the cold wall, and `w = 1/(h_r − h_w(T_cw))` is the hot-wall correction of a cold-wall
-//! flux. Fourth powers are squares of squares in both twins.
+//! `q = f_h (c (r − w Δh_w) + ε q_rad) + f_f h (T_g − T) + f_x ε σ (T_s⁴ − T⁴)`, where Δh_w is the enthalpy of air at
+//! the wall above that at the cold wall. Of a cold-wall flux c, r is 1 and `w = 1/(h_r − h_w(T_cw))` is the hot-wall
+//! correction, so that c w is a film coefficient of an enthalpy difference (kg/m²/s). Where c is such a coefficient
+//! itself, r is `h_r − h_w(T_cw)` and w is 1. Fourth powers are squares of squares in both twins.
 
 use super::Real;
 use super::decomposition::mean_decay;
 use super::exponential::exponential;
-use crate::plan::layout::{BoundaryForcing, Face, FaceColumns};
+use crate::plan::layout::{BoundaryForcing, FaceColumns};
 
 /// Stefan–Boltzmann constant, W/m²/K⁴ (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
@@ -55,11 +56,9 @@ pub fn blowing_share<R: Real>(film_kg_m2_s: R, twice_blowing_kg_m2_s: R) -> R {
 
 /// Heat flux into the layup at a surface temperature. The slope leaves out the small one of the emissivity; the scheme
 /// keeps its order with any slope.
-#[expect(clippy::too_many_arguments, reason = "as its WGSL twin")]
 #[inline(always)]
 pub fn surface_flux<R: Real>(
     forcing: BoundaryForcing<R::Scalar>,
-    face: Face<R::Scalar>,
     scale: FaceScale<R>,
     temperature_k: R,
     emissivity: R,
@@ -68,17 +67,17 @@ pub fn surface_flux<R: Real>(
     blown_kg_m2_s: R,
 ) -> SurfaceFlux<R> {
     let emission = scale.emissivity * emissivity;
-    let hot_wall = R::splat(face.hot_wall_kg_j);
-    let mut convected = scale.heating * R::splat(forcing.flux_w_m2);
-    if face.blowing != R::scalar(0.0) {
-        convected = convected * blowing_share(convected * hot_wall, R::splat(face.blowing) * blown_kg_m2_s);
+    let hot_wall = R::splat(forcing.hot_wall);
+    let mut convected = scale.heating * R::splat(forcing.convection);
+    if forcing.blowing != R::scalar(0.0) {
+        convected = convected * blowing_share(convected * hot_wall, R::splat(forcing.blowing) * blown_kg_m2_s);
     }
-    let film = scale.film * R::splat(face.film_w_m2_k);
+    let film = scale.film * R::splat(forcing.film_w_m2_k);
     let radiance = scale.exchange * emission * R::from_f64(STEFAN_BOLTZMANN);
     let surroundings = R::splat(forcing.surroundings_k);
     let square = temperature_k * temperature_k;
     let surroundings_square = surroundings * surroundings;
-    let mut flux = convected * (R::from_f64(1.0) - hot_wall * enthalpy_j_kg);
+    let mut flux = convected * (R::splat(forcing.recovery) - hot_wall * enthalpy_j_kg);
     flux = flux + scale.heating * emission * R::splat(forcing.radiant_w_m2);
     flux = flux + film * (R::splat(forcing.gas_k) - temperature_k);
     flux = flux + radiance * (surroundings_square * surroundings_square - square * square);

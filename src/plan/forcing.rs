@@ -11,7 +11,8 @@ mod transform;
 
 use super::layout::BoundaryForcing;
 use super::time_tolerance::time_tolerance_s;
-use crate::case::{Case, Exposure, Face, Schedule};
+use crate::case::air::cold_wall_enthalpy_j_kg;
+use crate::case::{Case, Exposure, Face, OpenFace, Schedule};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -40,6 +41,8 @@ pub(super) struct Forcing {
 struct Signal {
     schedule: Schedule,
     transform: Transform,
+    /// The number of a row that a value of the schedule becomes.
+    row_value: fn(f64) -> f64,
     /// Smallest and largest value.
     range: (f64, f64),
     blocks: Vec<Moments>,
@@ -83,46 +86,38 @@ impl Forcing {
 
     fn from_exposure(exposure: &Exposure, conductivities: [Arc<ConductivityIntegral>; 2]) -> Self {
         let duration_s = exposure.duration_s;
-        // Signal 0 is zero: quantities that a face lacks, among them the held temperature of an open face.
-        let mut signals = vec![Signal::new(&Schedule::constant(0.0), Transform::Identity)];
-        let mut add = |schedule: &Schedule, transform: Transform| {
-            signals.push(Signal::new(schedule, transform));
-            signals.len() - 1
-        };
-        let holder_k = exposure.holder.as_ref().map_or(0, |holder| add(&holder.temperature_k, Transform::Identity));
-        let hot_pressure_pa = add(&exposure.pressure_pa, Transform::Identity);
-        let back_pressure_pa = exposure
-            .back_pressure_pa
-            .as_ref()
-            .map_or(hot_pressure_pa, |pressure_pa| add(pressure_pa, Transform::Identity));
+        let mut signals = Signals::new();
+        let holder_k = exposure.holder.as_ref().map_or(ZERO, |holder| signals.plain(&holder.temperature_k));
+        let hot_pressure_pa = signals.plain(&exposure.pressure_pa);
+        let back_pressure_pa =
+            exposure.back_pressure_pa.as_ref().map_or(hot_pressure_pa, |pressure_pa| signals.plain(pressure_pa));
         let sides = [
             (&exposure.hot_face, hot_pressure_pa, &conductivities[0]),
             (&exposure.back_face, back_pressure_pa, &conductivities[1]),
         ];
         let faces = sides.map(|(face, pressure_pa, conductivity)| {
             let none = BoundaryForcing {
-                flux_w_m2: 0,
-                radiant_w_m2: 0,
-                gas_k: 0,
-                surroundings_k: 0,
+                convection: ZERO,
+                recovery: ONE,
+                hot_wall: ZERO,
+                blowing: ZERO,
+                radiant_w_m2: ZERO,
+                film_w_m2_k: ZERO,
+                gas_k: ZERO,
+                surroundings_k: ZERO,
                 pressure_pa,
-                held_k: 0,
+                held_k: ZERO,
                 holder_k,
             };
             match face {
                 Face::Held(temperature_k) => {
                     let transform = Transform::ConductivityIntegral(Arc::clone(conductivity));
-                    BoundaryForcing { held_k: add(temperature_k, transform), ..none }
+                    BoundaryForcing { held_k: signals.add(temperature_k, transform, |value| value), ..none }
                 }
-                Face::Open(open) => BoundaryForcing {
-                    flux_w_m2: add(&open.flux_w_m2, Transform::Identity),
-                    radiant_w_m2: add(&open.radiant_w_m2, Transform::Identity),
-                    gas_k: add(&open.gas_k, Transform::Identity),
-                    surroundings_k: add(&open.surroundings_k, Transform::FourthPower),
-                    ..none
-                },
+                Face::Open(open) => signals.open_face(open, none),
             }
         });
+        let signals = signals.0;
         let shapes_s: Vec<Vec<f64>> =
             signals.iter().map(|signal| major_corners(&signal.schedule, duration_s)).collect();
         let pressures = [hot_pressure_pa, back_pressure_pa].into_iter();
@@ -146,7 +141,8 @@ impl Forcing {
         let close_s = time_tolerance_s(self.duration_s);
         let values: Vec<Vec<[f64; 2]>> = self.signals.iter().map(|signal| signal.at_steps(times_s, close_s)).collect();
         let rows = (0..times_s.len() - 1).flat_map(|step| {
-            let of = |face: usize, end: usize| self.faces[face].map(|signal| values[signal][step][end]);
+            let row_value = |signal: usize, end: usize| (self.signals[signal].row_value)(values[signal][step][end]);
+            let of = |face: usize, end: usize| self.faces[face].map(|signal| row_value(signal, end));
             [of(0, 0), of(0, 1), of(1, 0), of(1, 1)]
         });
         let mut all: Vec<BoundaryForcing<f64>> = rows.collect();
@@ -159,7 +155,7 @@ impl Forcing {
     pub(super) fn held_k(&self, face: usize, times_s: &[f64], instants_s: &[f64]) -> Option<Vec<f64>> {
         let close_s = time_tolerance_s(self.duration_s);
         let signal = &self.signals[self.faces[face].held_k];
-        let is_held = self.faces[face].held_k > 0;
+        let is_held = self.faces[face].held_k != ZERO;
         let values = &signal.schedule.values;
         let jumps = || {
             let rows = signal.schedule.times_s.windows(2).zip(values.windows(2));
@@ -178,6 +174,57 @@ impl Forcing {
     }
 }
 
+/// Signals under construction.
+struct Signals(Vec<Signal>);
+
+/// Index of the signal of quantities that a face lacks, among them the held temperature of an open face.
+const ZERO: usize = 0;
+/// Index of the signal of the recovery of a flux.
+const ONE: usize = 1;
+
+impl Signals {
+    fn new() -> Self {
+        let constant = |value| Signal::new(&Schedule::constant(value), Transform::Identity, |value| value);
+        Self(vec![constant(0.0), constant(1.0)])
+    }
+
+    /// Add a schedule; `row_value` is the number of a row that a value becomes.
+    fn add(&mut self, schedule: &Schedule, transform: Transform, row_value: fn(f64) -> f64) -> usize {
+        self.0.push(Signal::new(schedule, transform, row_value));
+        self.0.len() - 1
+    }
+
+    /// Add a schedule of values that are proportional to the heat flux and stand in a row as they are.
+    fn plain(&mut self, schedule: &Schedule) -> usize {
+        self.add(schedule, Transform::Identity, |value| value)
+    }
+
+    fn open_face(&mut self, open: &OpenFace, none: BoundaryForcing<usize>) -> BoundaryForcing<usize> {
+        let (convection, recovery, hot_wall) = match (&open.enthalpy_film_kg_m2_s, &open.recovery_enthalpy_j_kg) {
+            (Some(film), Some(enthalpy)) => {
+                let above_cold_wall = |enthalpy_j_kg| enthalpy_j_kg - cold_wall_enthalpy_j_kg();
+                (self.plain(film), self.add(enthalpy, Transform::Identity, above_cold_wall), ONE)
+            }
+            (_, Some(enthalpy)) => {
+                let correction = |enthalpy_j_kg| Transform::HotWall.apply(enthalpy_j_kg);
+                (self.plain(&open.flux_w_m2), ONE, self.add(enthalpy, Transform::HotWall, correction))
+            }
+            (_, None) => (self.plain(&open.flux_w_m2), ONE, ZERO),
+        };
+        BoundaryForcing {
+            convection,
+            recovery,
+            hot_wall,
+            blowing: self.add(&open.blowing, Transform::Identity, |lambda| 2.0 * lambda),
+            radiant_w_m2: self.plain(&open.radiant_w_m2),
+            film_w_m2_k: self.plain(&open.film_w_m2_k),
+            gas_k: self.plain(&open.gas_k),
+            surroundings_k: self.add(&open.surroundings_k, Transform::FourthPower, |value| value),
+            ..none
+        }
+    }
+}
+
 /// The last four rows: those at the end of the last step, repeated.
 pub(super) fn final_rows(drives: &[BoundaryForcing<f64>]) -> [BoundaryForcing<f64>; 4] {
     let [hot, back] = [drives[drives.len() - 3], drives[drives.len() - 1]];
@@ -185,11 +232,11 @@ pub(super) fn final_rows(drives: &[BoundaryForcing<f64>]) -> [BoundaryForcing<f6
 }
 
 impl Signal {
-    fn new(schedule: &Schedule, transform: Transform) -> Self {
+    fn new(schedule: &Schedule, transform: Transform, row_value: fn(f64) -> f64) -> Self {
         let values = schedule.values.iter();
         let range = values
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &value| (least.min(value), most.max(value)));
-        let mut signal = Self { schedule: schedule.clone(), transform, range, blocks: Vec::new() };
+        let mut signal = Self { schedule: schedule.clone(), transform, row_value, range, blocks: Vec::new() };
         let blocks = (schedule.times_s.len() - 1) / BLOCK_ROWS;
         signal.blocks = (0..blocks)
             .map(|block| {
@@ -401,7 +448,7 @@ mod tests {
     fn projection_conserves_the_heat_of_a_noisy_flux_and_its_integral_against_every_hat_function() {
         let schedule = pulse(3001, 0.01);
         let times_s = steps_s(40, 30.0);
-        let signal = Signal::new(&schedule, Transform::Identity);
+        let signal = Signal::new(&schedule, Transform::Identity, |value| value);
         let nodes = signal.l2_projection(&times_s, 0.0);
         for node in 0..times_s.len() {
             let support = &times_s[node.saturating_sub(1)..=(node + 1).min(times_s.len() - 1)];
@@ -423,7 +470,7 @@ mod tests {
 
     #[test]
     fn block_integrals_equal_the_sums_over_their_rows() {
-        let signal = Signal::new(&pulse(3001, 0.01), Transform::FourthPower);
+        let signal = Signal::new(&pulse(3001, 0.01), Transform::FourthPower, |value| value);
         for step in [[0.0, 30.0], [0.005, 29.0], [2.56, 5.12], [2.551, 7.689]] {
             let Moments { zeroth, first } = signal.moments_over(&step, 0.0);
             let one_by_one = Signal { blocks: Vec::new(), ..signal.clone() };
@@ -442,7 +489,8 @@ mod tests {
     #[test]
     fn a_schedule_with_steps_on_all_corners_is_sampled_exactly() {
         let schedule = Schedule { times_s: vec![0.0, 0.5, 41.0, 41.0], values: vec![0.0, 26.7, 26.7, 1.0] };
-        let values = Signal::new(&schedule, Transform::Identity).at_steps(&[0.0, 0.25, 0.5, 41.0, 60.0], 1e-9);
+        let values =
+            Signal::new(&schedule, Transform::Identity, |value| value).at_steps(&[0.0, 0.25, 0.5, 41.0, 60.0], 1e-9);
         assert_eq!(values, [[0.0, 13.35], [13.35, 26.7], [26.7, 26.7], [1.0, 1.0]]);
     }
 
@@ -467,7 +515,7 @@ mod tests {
     fn a_projected_schedule_stays_within_its_range() {
         let times_s: Vec<f64> = (0..2000).map(|row| 0.1 * row as f64).collect();
         let values = (0..2000).map(|row| if row / 7 % 3 == 0 { 1e5 } else { 0.0 }).collect();
-        let signal = Signal::new(&Schedule { times_s, values }, Transform::Identity);
+        let signal = Signal::new(&Schedule { times_s, values }, Transform::Identity, |value| value);
         let found = signal.at_steps(&steps_s(30, 199.9), 1e-9);
         assert!(found.iter().flatten().all(|value| (0.0..=1e5).contains(value)), "{found:?}");
         assert!(found.iter().flatten().any(|&value| value > 2e4), "the projection is zero");

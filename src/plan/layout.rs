@@ -70,19 +70,22 @@ rows! {
 
     /// Constant parameters of a face.
     real Face {
-        film_w_m2_k,
-        /// 1/(h_r − h_w(T_cw)) of the hot-wall correction, kg/J; zero applies the flux unchanged.
-        hot_wall_kg_j,
-        /// 2λ of the blowing correction; zero disables it.
-        blowing,
         /// 1 where the temperature is prescribed, else 0.
         held,
     }
 
     /// Boundary forcing of a face at one end of a step.
     real BoundaryForcing {
-        flux_w_m2,
+        /// Cold-wall flux, W/m², or film coefficient of an enthalpy difference, kg/m²/s.
+        convection,
+        /// 1 of a flux; of a film coefficient the recovery enthalpy above that at the cold wall, J/kg.
+        recovery,
+        /// 1/(h_r − h_w(T_cw)) of the hot-wall correction of a flux, kg/J, or zero without; 1 of a film coefficient.
+        hot_wall,
+        /// 2λ of the blowing correction; zero disables it.
+        blowing,
         radiant_w_m2,
+        film_w_m2_k,
         gas_k,
         surroundings_k,
         /// Ambient pressure.

@@ -4,6 +4,7 @@
 //! linear interpolation; every boundary schedule becomes four rows a step; every scaled quantity refers to a factor
 //! column of the ensemble, and unscaled quantities refer to column 0, which is one.
 
+mod brightness;
 mod consistency;
 mod depth_readings;
 mod factor_columns;
@@ -24,13 +25,13 @@ pub(crate) mod layout;
 pub mod layout;
 mod limited_parts;
 mod ply_data;
+pub(crate) mod pyrometer_readings;
 mod step_data;
 mod tables;
 mod time_grid;
 mod time_tolerance;
 
 pub use crate::case::GasFlowModel;
-use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
 use crate::traces::Gauge;
 pub use consistency::InconsistentPlan;
@@ -44,6 +45,7 @@ use layout::{
     ConductivityColumns, FACE_COLUMNS, FaceColumns, PlanData, Ply, ReactionPath, SensorLocation, TABLE_NODES,
 };
 use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_properties};
+use pyrometer_readings::{PyrometerReading, pyrometer_readings};
 use std::sync::Arc;
 use step_data::{lag_weights, records_at_steps};
 use tables::{Tables, state_count};
@@ -125,6 +127,8 @@ pub struct Plan {
     pub(crate) interpolation: Option<RecordInterpolation>,
     /// Sensors on faces whose temperature is prescribed.
     pub(crate) held_readings: Vec<HeldReading>,
+    /// Pyrometers that look at the hot face.
+    pub(crate) pyrometers: Vec<PyrometerReading>,
     pub(crate) plies: Vec<Ply<u32>>,
     /// Ply × state.
     pub(crate) conductivity_columns: Vec<ConductivityColumns<u32>>,
@@ -275,6 +279,7 @@ impl Plan {
             records,
             interpolation: time_grid.interpolation,
             held_readings: held_readings(case, &places, forcing, &time_grid.times_s, &time_grid.instants_s),
+            pyrometers: pyrometer_readings(case, &time_grid.instants_s),
             plies: ply_rows(case, &grid.plies, &tables.offsets, parts),
             conductivity_columns: conductions,
             face_columns: face_columns(case),
@@ -438,21 +443,8 @@ fn face_columns(case: &Case) -> [FaceColumns<u32>; 2] {
     ]
 }
 
-/// Cold-wall temperature of the stated heat flux of a probe, K.
-const COLD_WALL_K: f64 = 300.0;
-
 fn face(face: &Face) -> layout::Face<f64> {
-    match face {
-        Face::Held(_) => layout::Face { film_w_m2_k: 0.0, hot_wall_kg_j: 0.0, blowing: 0.0, held: 1.0 },
-        Face::Open(open) => layout::Face {
-            film_w_m2_k: open.film_w_m2_k,
-            hot_wall_kg_j: open
-                .recovery_enthalpy_j_kg
-                .map_or(0.0, |recovery| 1.0 / (recovery - air_enthalpy_j_kg(COLD_WALL_K))),
-            blowing: 2.0 * open.blowing,
-            held: 0.0,
-        },
-    }
+    layout::Face { held: if matches!(face, Face::Held(_)) { 1.0 } else { 0.0 } }
 }
 
 /// The range of temperatures in which all tables of a material that refuse extrapolation are valid, K.

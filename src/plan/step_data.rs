@@ -32,6 +32,7 @@ impl Plan {
             records: last + 1,
             interpolation,
             held_readings: self.held_readings.iter().map(|reading| reading.truncated_at(instant)).collect(),
+            pyrometers: self.pyrometers.iter().map(|reading| reading.truncated_at(instant)).collect(),
             data: PlanData {
                 step_lengths_s: self.data.step_lengths_s[..steps].to_vec(),
                 beads: self.data.beads[..steps * self.sensor_locations.len()].to_vec(),
@@ -45,17 +46,18 @@ impl Plan {
     /// The same cells, steps and tables under another exposure, at both resolutions. Steps end on the corners of the
     /// exposure of the original plan; a with_schedule face must stay with_schedule.
     pub fn with_exposure(&self, exposure: &Exposure) -> Self {
-        self.with_forcing(&Arc::new(self.forcing.with_exposure(exposure)))
+        self.with_forcing(&Arc::new(self.forcing.with_exposure(exposure)), exposure)
     }
 
-    fn with_forcing(&self, forcing: &Arc<Forcing>) -> Self {
+    fn with_forcing(&self, forcing: &Arc<Forcing>, exposure: &Exposure) -> Self {
         let with_schedule = |reading: &HeldReading| HeldReading {
             temperatures_k: forcing.held_k(reading.face, &self.times_s, &self.instants_s),
             ..*reading
         };
         Self {
-            coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.with_forcing(forcing))),
+            coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.with_forcing(forcing, exposure))),
             held_readings: self.held_readings.iter().map(with_schedule).collect(),
+            pyrometers: self.pyrometers.iter().map(|one| one.with_exposure(exposure, &self.instants_s)).collect(),
             forcing: Arc::clone(forcing),
             data: PlanData { boundary_forcing: forcing.at_step_ends(&self.times_s), ..self.data.clone() },
             ..self.clone()

@@ -1,11 +1,10 @@
 //! Material properties as columns on one uniform temperature grid.
 
-use super::COLD_WALL_K;
 use super::factor_columns::conductivity_columns;
 use super::layout::{
     FACE_COLUMNS, GAS_COLUMNS, MAX_PRESSURE_LEVELS, MAX_STATES, TABLE_NODES, TABLE_START_K, TABLE_STEP_K,
 };
-use crate::case::air::air_enthalpy_j_kg;
+use crate::case::air::{air_enthalpy_j_kg, cold_wall_enthalpy_j_kg};
 use crate::case::{Case, Conductivity, Emissivity, Face, GAS_CONSTANT_J_MOL_K, GasFlowModel, Material, Ply, Table};
 use std::sync::Arc;
 
@@ -203,7 +202,7 @@ fn with_increments(properties: &[Vec<f64>]) -> Vec<f64> {
 /// Enthalpy of air at the wall, then the emissivities of the hot face and of the back face in every state.
 fn face_table(case: &Case) -> Vec<f64> {
     let (exposure, plies) = (&case.exposure, &case.layup.plies);
-    let cold_wall = air_enthalpy_j_kg(COLD_WALL_K);
+    let cold_wall = cold_wall_enthalpy_j_kg();
     let enthalpies: Vec<f64> =
         node_temperatures_k().map(|temperature_k| air_enthalpy_j_kg(temperature_k) - cold_wall).collect();
     let rises = slopes(&enthalpies);

@@ -170,7 +170,13 @@ fn case() -> Case {
     let sensors = layup.faces_m()[..4]
         .iter()
         .enumerate()
-        .map(|(n, &depth_m)| Sensor { name: format!("TC{}", n + 1), depth_m, side: Side::Both, lag_s: 0.0 })
+        .map(|(n, &depth_m)| Sensor {
+            name: format!("TC{}", n + 1),
+            depth_m,
+            side: Side::Both,
+            lag_s: 0.0,
+            pyrometer: None,
+        })
         .collect();
     let factor = |name: &str, group: &str, property, small: f64| Factor {
         name: name.to_owned(),
@@ -213,11 +219,11 @@ fn case() -> Case {
             holder: None,
             hot_face: Face::Open(OpenFace {
                 flux_w_m2: Schedule { times_s: vec![0.0, 0.5, 41.0, 41.0], values: vec![0.0, 2.67e5, 2.67e5, 0.0] },
-                recovery_enthalpy_j_kg: Some(12e6),
+                recovery_enthalpy_j_kg: Some(Schedule::constant(12e6)),
                 emissivity: Emissivity::Material,
                 ..OpenFace::insulated()
             }),
-            back_face: Face::Open(OpenFace { film_w_m2_k: 15.0, ..OpenFace::insulated() }),
+            back_face: Face::Open(OpenFace { film_w_m2_k: Schedule::constant(15.0), ..OpenFace::insulated() }),
         },
         correlation: Default::default(),
         factors: vec![

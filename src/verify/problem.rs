@@ -318,7 +318,11 @@ pub fn heated_face(flux_w_m2: f64) -> Face {
 
 /// A face with convection to a gas.
 pub fn convective_face(film_w_m2_k: f64, gas_k: f64) -> Face {
-    Face::Open(OpenFace { film_w_m2_k, gas_k: Schedule::constant(gas_k), ..OpenFace::insulated() })
+    Face::Open(OpenFace {
+        film_w_m2_k: Schedule::constant(film_w_m2_k),
+        gas_k: Schedule::constant(gas_k),
+        ..OpenFace::insulated()
+    })
 }
 
 fn layup(plies: Vec<(Arc<Material>, f64)>) -> Layup {
@@ -352,7 +356,13 @@ fn sensors(points: &[ReferencePoint]) -> Vec<Sensor> {
     }
     depths_m
         .into_iter()
-        .map(|depth_m| Sensor { name: format!("{:.4} mm", 1e3 * depth_m), depth_m, side: Side::Both, lag_s: 0.0 })
+        .map(|depth_m| Sensor {
+            name: format!("{:.4} mm", 1e3 * depth_m),
+            depth_m,
+            side: Side::Both,
+            lag_s: 0.0,
+            pyrometer: None,
+        })
         .collect()
 }
 

@@ -60,7 +60,7 @@ fn inert(case: Case) -> Case {
         }
         (case.gas, case.exposure.back_pressure_pa) = (None, None);
         if let Face::Open(open) = &mut case.exposure.hot_face {
-            open.blowing = 0.0;
+            open.blowing = Schedule::constant(0.0);
         }
         case.factors.retain(|factor| !REACTING.contains(&factor.property) && factor.state.is_none());
         case.estimate = EstimationSettings::default();
@@ -71,7 +71,7 @@ fn inert(case: Case) -> Case {
 /// A case at one temperature, between faces with surroundings at that temperature, in a gas.
 fn at_rest(case: Case, temperature_k: f64, gas_k: f64) -> Case {
     let face = OpenFace {
-        film_w_m2_k: 50.0,
+        film_w_m2_k: Schedule::constant(50.0),
         gas_k: Schedule::constant(gas_k),
         emissivity: Emissivity::Material,
         surroundings_k: Schedule::constant(temperature_k),
@@ -123,7 +123,7 @@ fn temperatures_obey_the_maximum_principle() {
             continue;
         };
         let given = held.values().iter().copied().chain(case.exposure().initial_k.iter().map(|point| point.1));
-        let given = given.chain((back.film_w_m2_k > 0.0).then_some(back.gas_k.values()[0]));
+        let given = given.chain(back.film_w_m2_k.acts().then_some(back.gas_k.values()[0]));
         let (low_k, high_k) = given.fold((f64::INFINITY, 0.0_f64), |(low, high), t| (low.min(t), high.max(t)));
         let traces = marched(&case, &nominal_and_random(&case, 7), Precision::F64);
         for &(coldest_k, hottest_k) in &traces.extremes_k {

@@ -34,7 +34,7 @@ pub(super) fn hot_face<'a>(
     let section = case.required("hot_face", "a table [hot_face]")?.section()?;
     let open = |face: ReadResult<OpenFace>| {
         let face = face?;
-        let blowing = if face.blowing > 0.0 { section.optional("blowing") } else { None };
+        let blowing = if face.is_blown() { section.optional("blowing") } else { None };
         Ok(HotFace { face: Face::Open(face), held_depth: None, blowing })
     };
     let face = match face_kind(&section, &["heated", "convective", "held"])? {
@@ -105,20 +105,36 @@ fn heated_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Rea
     let flux = section.optional("flux");
     let radiant = section.optional("radiant_flux");
     let recovery = section.optional("recovery_enthalpy");
-    let complete = if flux.is_none() && radiant.is_none() {
-        Err(section.error("a heated face needs a `flux` or a `radiant_flux`"))
-    } else if let (None, Some(recovery)) = (flux, recovery) {
-        Err(recovery.error("`recovery_enthalpy` needs a `flux`: found none"))
-    } else {
-        Ok(())
+    let enthalpy_film = section.optional("enthalpy_film_coefficient");
+    let complete = match (flux, enthalpy_film, recovery) {
+        (None, None, None) if radiant.is_none() => {
+            Err(section.error("a heated face needs a `flux`, an `enthalpy_film_coefficient` or a `radiant_flux`"))
+        }
+        (None, None, Some(recovery)) => {
+            Err(recovery.error("`recovery_enthalpy` needs a `flux` or an `enthalpy_film_coefficient`: found none"))
+        }
+        (Some(_), Some(film), _) => Err(film.error("expected `flux` or `enthalpy_film_coefficient`, not both")),
+        (None, Some(film), None) => {
+            Err(film.error("`enthalpy_film_coefficient` needs a key `recovery_enthalpy`: found none"))
+        }
+        _ => Ok(()),
     };
     let flux_w_m2 = flux.map_or_else(zero, |written| schedules.read(written, Dimension::HeatFlux));
     let radiant_w_m2 = radiant.map_or_else(zero, |written| schedules.read(written, Dimension::HeatFlux));
-    let recovery_enthalpy_j_kg = recovery.map(|written| written.positive(Dimension::SpecificEnthalpy)).transpose();
+    let enthalpy_film_kg_m2_s =
+        enthalpy_film.map(|written| schedules.read_not_negative(written, Dimension::MassFlux)).transpose();
+    let recovery_enthalpy_j_kg = recovery.map(|written| {
+        let enthalpy_j_kg = schedules.read(written, Dimension::SpecificEnthalpy)?;
+        if enthalpy_film.is_some() {
+            Ok(enthalpy_j_kg)
+        } else {
+            written.require(OpenFace::checked_hot_wall(enthalpy_j_kg))
+        }
+    });
     let film = match (section.optional("heat_transfer_coefficient"), section.optional("gas")) {
-        (None, None) => Ok((0.0, Schedule::constant(ROOM_TEMPERATURE_K))),
+        (None, None) => Ok((Schedule::constant(0.0), Schedule::constant(ROOM_TEMPERATURE_K))),
         (Some(film), Some(gas)) => {
-            let film = film.not_negative(Dimension::Conductance);
+            let film = schedules.read_not_negative(film, Dimension::Conductance);
             let gas = schedules.read(gas, Dimension::Temperature);
             film.and_then(|film| Ok((film, gas?)))
         }
@@ -129,12 +145,16 @@ fn heated_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Rea
     };
     let emissivity = emissivity(section);
     let surroundings_k = surroundings(section, schedules);
-    let blowing = section.optional("blowing").map_or(Ok(0.0), |written| blowing(written, recovery.is_some()));
+    let blowing = section.optional("blowing").map_or(zero(), |written| {
+        let lambda = schedules.read(written, Dimension::Fraction)?;
+        written.require(OpenFace::checked_blowing(lambda, recovery.is_some()))
+    });
     complete?;
     let (film_w_m2_k, gas_k) = film?;
     Ok(OpenFace {
         flux_w_m2: flux_w_m2?,
-        recovery_enthalpy_j_kg: recovery_enthalpy_j_kg?,
+        recovery_enthalpy_j_kg: recovery_enthalpy_j_kg.transpose()?,
+        enthalpy_film_kg_m2_s: enthalpy_film_kg_m2_s?,
         radiant_w_m2: radiant_w_m2?,
         film_w_m2_k,
         heating_scales_film: false,
@@ -145,10 +165,6 @@ fn heated_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Rea
     })
 }
 
-fn blowing(written: ValueReader<'_>, corrected: bool) -> ReadResult<f64> {
-    written.require(OpenFace::checked_blowing(written.number()?, corrected))
-}
-
 /// Temperature of the radiative surroundings; room temperature by default.
 fn surroundings(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<Schedule> {
     let room = || Ok(Schedule::constant(ROOM_TEMPERATURE_K));
@@ -156,7 +172,11 @@ fn surroundings(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Re
 }
 
 fn convective_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
-    let film_w_m2_k = section.positive("heat_transfer_coefficient", Dimension::Conductance);
+    let film = section.required("heat_transfer_coefficient", Dimension::Conductance.name_and_example());
+    let film_w_m2_k = film.and_then(|written| {
+        let film = schedules.read_not_negative(written, Dimension::Conductance)?;
+        if film.acts() { Ok(film) } else { Err(written.error("expected a value above 0, found 0")) }
+    });
     let gas = section.required("gas", Dimension::Temperature.name_and_example());
     let gas_k = gas.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
@@ -173,7 +193,7 @@ fn convective_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) ->
 
 fn cooled_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
     let film = section.required("heat_transfer_coefficient", Dimension::Conductance.name_and_example());
-    let film_w_m2_k = film.and_then(|written| written.not_negative(Dimension::Conductance));
+    let film_w_m2_k = film.and_then(|written| schedules.read_not_negative(written, Dimension::Conductance));
     let ambient = section.required("ambient", Dimension::Temperature.name_and_example());
     let gas_k = ambient.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
@@ -190,7 +210,7 @@ fn cooled_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Rea
 }
 
 fn holder_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
-    let film_w_m2_k = section.positive("conductance", Dimension::Conductance);
+    let film_w_m2_k = section.positive("conductance", Dimension::Conductance).map(Schedule::constant);
     let temperature = section.required("temperature", Dimension::Temperature.name_and_example());
     let gas_k = temperature.and_then(|written| schedules.read(written, Dimension::Temperature));
     Ok(OpenFace { film_w_m2_k: film_w_m2_k?, gas_k: gas_k?, ..OpenFace::insulated() })

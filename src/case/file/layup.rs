@@ -1,5 +1,6 @@
 //! `[[ply]]`, `contact_conductance` or `contact_resistance`, `[[sensor]]`, and the temperature limits of all.
 
+use super::property::keyword;
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
 use crate::case::error::ReadResult;
@@ -7,7 +8,7 @@ use crate::case::layup::{DEPTH_TOLERANCE_M, rounded_mm};
 use crate::case::suggestion::suggestion;
 use crate::case::unit::{Dimension, parse_quantity};
 use crate::case::validation::UniqueNames;
-use crate::case::{Layup, LimitedPart, Ply, Sensor, Side, TemperatureLimit};
+use crate::case::{Face, Layup, LimitedPart, Ply, Pyrometer, Sensor, Side, Spectrum, TemperatureLimit};
 use crate::limits::{PLIES, SENSORS};
 
 /// A ply and its key `contact_below`.
@@ -130,6 +131,11 @@ pub(super) fn sensors(case: &TableReader<'_>, layup: Option<&Layup>) -> ReadResu
 
 fn sensor(section: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Sensor> {
     let name = section.required("name", "a name such as \"TC1\"").and_then(sensor_name);
+    if keyword(section, "kind", &[("thermocouple", false), ("pyrometer", true)])? {
+        let pyrometer = pyrometer(section);
+        section.deny_unknown_keys();
+        return Ok(Sensor { name: name?, depth_m: 0.0, side: Side::Both, lag_s: 0.0, pyrometer: Some(pyrometer?) });
+    }
     let lag_s = section.optional("time_constant").map_or(Ok(0.0), |written| written.not_negative(Dimension::Time));
     let depth_m = match (section.optional("below"), section.optional("depth")) {
         (Some(below), None) => depth_below_ply_m(below, layup),
@@ -148,7 +154,46 @@ fn sensor(section: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Sensor
     });
     section.allow_keys(&[LIMIT]);
     section.deny_unknown_keys();
-    Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, lag_s: lag_s? })
+    Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, lag_s: lag_s?, pyrometer: None })
+}
+
+fn pyrometer(section: &TableReader<'_>) -> ReadResult<Pyrometer> {
+    let spectrum = match (section.optional("wavelength"), section.optional("band")) {
+        (Some(written), None) => {
+            let wavelength_m = written.quantity(Dimension::Length);
+            wavelength_m
+                .and_then(|wavelength_m| written.require(Spectrum::checked_wavelength_m(wavelength_m)))
+                .map(Spectrum::Wavelength)
+        }
+        (None, Some(written)) => written.pair().and_then(|[shorter, longer]| {
+            let (shorter_m, longer_m) = (shorter.quantity(Dimension::Length), longer.quantity(Dimension::Length));
+            written.require(Spectrum::checked_band(shorter_m?, longer_m?))
+        }),
+        (Some(_), Some(written)) => Err(written.error("expected `wavelength` or `band`, not both")),
+        (None, None) => {
+            Err(section.error("a pyrometer needs `wavelength = \"0.9 um\"` or `band = [\"8 um\", \"14 um\"]`"))
+        }
+    };
+    let emissivity = section.required("emissivity", "the emissivity that it is set to, such as 0.85");
+    let emissivity = emissivity
+        .and_then(|written| written.require(Pyrometer::checked_emissivity(written.quantity(Dimension::Fraction)?)));
+    Ok(Pyrometer { spectrum: spectrum?, emissivity: emissivity? })
+}
+
+/// Require a hot face that the pyrometers can read; errors are at the tables of the sensors.
+pub(super) fn check_pyrometers(
+    case: &TableReader<'_>,
+    layup: &Layup,
+    sensors: &[Sensor],
+    hot_face: &Face,
+) -> ReadResult<()> {
+    let ply = &layup.plies[0];
+    let sections = case.array_of_tables("sensor")?;
+    let pyrometers = sections.iter().zip(sensors).filter(|(_, sensor)| sensor.pyrometer.is_some());
+    collect_all(
+        pyrometers.map(|(section, _)| section.require(Pyrometer::check_face(hot_face, &ply.name, &ply.material))),
+    )
+    .map(drop)
 }
 
 fn side(written: ValueReader<'_>) -> ReadResult<Side> {

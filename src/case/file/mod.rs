@@ -42,7 +42,7 @@ use exposure::{BackFace, HotFace};
 use files::RecordedFiles;
 use references::{ReferenceResolver, built_in_gas_named, built_in_material_named};
 use renamed_keys::{FileKind, replace_in_path, replace_old_names};
-use schedule::{InitialTemperature, ScheduleReader};
+use schedule::{InitialTemperature, ScheduleReader, Trajectory};
 use spanned_toml::{SpannedValue, TableReader, ValueReader};
 use std::path::{Path, PathBuf};
 
@@ -267,7 +267,8 @@ fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: Stri
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
     let duration_s = top.positive("duration", Dimension::Time);
-    let schedules = ScheduleReader { references, duration_s: duration_s.ok() };
+    let trajectory = Trajectory::read(top, references);
+    let schedules = ScheduleReader { references, duration_s: duration_s.ok(), trajectory };
     let atmosphere = || Ok(Schedule::constant(101_325.0));
     let pressure = top.optional("pressure");
     let pressure_pa = pressure.map_or_else(atmosphere, |written| exposure::pressure(written, &schedules));
@@ -303,15 +304,20 @@ fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: Stri
     let resolution = resolution(top, plies, duration_s);
     top.deny_unknown_keys();
 
-    covered.and(blown)?;
+    let seen = marched
+        .as_ref()
+        .map_or(Ok(()), |(layup, sensors, hot_face)| layup::check_pyrometers(top, layup, sensors, hot_face));
+    covered.and(blown).and(seen)?;
     let (layup, sensors, hot_face) = marched?;
     let BackFace { face: back_face, pressure: back_pressure } = back_face?;
+    let (pressure_pa, holder) = (pressure_pa?, holder?);
+    schedules.trajectory?.map_or(Ok(()), |trajectory| trajectory.check_read())?;
     let exposure = Exposure {
         duration_s: duration_s?,
         initial_k: initial?.points,
-        pressure_pa: pressure_pa?,
+        pressure_pa,
         back_pressure_pa: back_pressure.map(|(schedule, _)| schedule),
-        holder: holder?,
+        holder,
         hot_face,
         back_face,
     };

@@ -1,15 +1,17 @@
-//! Schedules: a constant, a list of points or a column of a table file, and the values outside the points.
+//! Schedules: a constant, a list of points or a column of a table file, and the values outside the points. The table
+//! file of a trajectory has several of them.
 
 use super::column_choice::{TimeChoice, stated_conversion};
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
-use super::table_file::{SheetChoice, TimeSeries};
+use super::table_file::{ChosenColumn, Headings, SheetChoice, TableFile, TimeColumn, TimeSeries};
 use crate::case::error::ReadResult;
 use crate::case::layup::DEPTH_TOLERANCE_M;
 use crate::case::smoothed_driver::{SmoothedSeries, smoothed};
 use crate::case::table;
 use crate::case::unit::Dimension;
 use crate::case::{Schedule, SmoothedDriver};
+use std::cell::Cell;
 
 /// Times closer than this fraction of the duration are equal, as in a march.
 const TIME_TOLERANCE: f64 = 1e-9;
@@ -19,6 +21,54 @@ pub(super) struct ScheduleReader<'a> {
     pub(super) references: &'a ReferenceResolver<'a>,
     /// `None` if the duration is not valid; coverage is then not checked.
     pub(super) duration_s: Option<f64>,
+    /// The table of `[trajectory]`.
+    pub(super) trajectory: ReadResult<Option<Trajectory<'a>>>,
+}
+
+/// `[trajectory]`: one table for all schedules that name a column and no file.
+pub(super) struct Trajectory<'a> {
+    written: ValueReader<'a>,
+    table: TableFile,
+    time: TimeColumn,
+    outside: Option<OutsidePoints>,
+    is_read: Cell<bool>,
+}
+
+impl<'a> Trajectory<'a> {
+    pub(super) fn read(case: &TableReader<'a>, references: &ReferenceResolver<'_>) -> ReadResult<Option<Self>> {
+        let Some(written) = case.optional("trajectory") else { return Ok(None) };
+        let section = written.section()?;
+        let file = section.required("file", "a table such as \"trajectory.csv\"");
+        let time = section.optional("time").map(TimeChoice::read).transpose();
+        let sheet = SheetChoice::of(&section);
+        let outside = outside(&section, Dimension::Temperature);
+        section.deny_unknown_keys();
+        let (file, time, outside) = (file?, time?, outside?);
+        let headings = time.map_or(Ok(Headings::All), |time| time.heading().map(Headings::Chosen))?;
+        let table = references.table_file(file, sheet, headings)?;
+        let time = time.map_or(Ok(TimeColumn::default()), |time| time.find(&table))?;
+        Ok(Some(Self { written, table, time, outside, is_read: Cell::new(false) }))
+    }
+
+    fn series(
+        &self,
+        column: ValueReader<'_>,
+        conversion: Option<(f64, f64)>,
+        dimension: Dimension,
+    ) -> ReadResult<TimeSeries> {
+        self.is_read.set(true);
+        let index = column.require(self.table.find_column(column.text()?, Some(self.time)))?;
+        let column = ChosenColumn { index, conversion };
+        self.table.time_series(self.time, column, dimension, true, self.written.diagnostics())
+    }
+
+    /// A trajectory of which no schedule reads a column is refused.
+    pub(super) fn check_read(&self) -> ReadResult<()> {
+        if self.is_read.get() {
+            return Ok(());
+        }
+        Err(self.written.error("no schedule reads a column: expected one such as pressure = { column = \"p\" }"))
+    }
 }
 
 /// The value outside the points.
@@ -67,6 +117,18 @@ impl ScheduleReader<'_> {
         let of_file = [("column", column), ("time", time), ("unit", unit)];
         let of_file = of_file.into_iter().find_map(|(key, written)| Some((key, written?)));
         let of_file = of_file.or(sheet.key());
+        if let (None, None, Some(column)) = (file, listed, column)
+            && let Some(trajectory) = self.trajectory.as_ref().map_err(|reported| *reported)?
+        {
+            if let Some((key, written)) = sheet.key() {
+                return Err(written.error(format!("`{key}` is that of [trajectory]")));
+            }
+            let series = match time {
+                Some(time) => Err(time.error("the times of this column are those of [trajectory]")),
+                None => trajectory.series(column, conversion?, dimension),
+            };
+            return self.covering_schedule(series?, outside?.or(trajectory.outside), written, dimension);
+        }
         let series = match (file, listed, of_file) {
             (Some(file), None, _) => time
                 .map(TimeChoice::read)
@@ -93,6 +155,15 @@ impl ScheduleReader<'_> {
         self.covering_schedule(smooth, outside, written, dimension)
     }
 
+    /// A schedule whose values are not negative.
+    pub(super) fn read_not_negative(&self, written: ValueReader<'_>, dimension: Dimension) -> ReadResult<Schedule> {
+        if !written.is_list() && !written.is_table() {
+            return written.not_negative(dimension).map(Schedule::constant);
+        }
+        let schedule = self.read(written, dimension)?;
+        written.require(schedule.check_not_negative()).map(|()| schedule)
+    }
+
     /// The schedule of some points, which must cover the duration or have a value `outside`.
     fn covering_schedule(
         &self,
@@ -107,7 +178,7 @@ impl ScheduleReader<'_> {
         });
         match outside {
             None if !spans.is_empty() => {
-                let zero = if dimension == Dimension::HeatFlux { " or \"zero\"" } else { "" };
+                let zero = if may_be_zero(dimension) { " or \"zero\"" } else { "" };
                 let form = if written.is_list() { "{ points = […], outside = … }" } else { "a key `outside`" };
                 let spans = format_intervals(&spans, 1.0, "s");
                 let message = format!(
@@ -132,15 +203,23 @@ impl ScheduleReader<'_> {
     }
 }
 
+/// Whether a quantity may be zero outside its points.
+fn may_be_zero(dimension: Dimension) -> bool {
+    matches!(dimension, Dimension::HeatFlux | Dimension::Conductance | Dimension::MassFlux)
+}
+
 fn outside(section: &TableReader<'_>, dimension: Dimension) -> ReadResult<Option<OutsidePoints>> {
     let Some(written) = section.optional("outside") else {
         return Ok(None);
     };
     match written.text()? {
         "hold" => Ok(Some(OutsidePoints::Hold)),
-        "zero" if dimension == Dimension::HeatFlux => Ok(Some(OutsidePoints::Zero)),
-        "zero" => Err(written.error("only a heat flux can be zero outside its points: expected \"hold\"")),
-        other if dimension == Dimension::HeatFlux => {
+        "zero" if may_be_zero(dimension) => Ok(Some(OutsidePoints::Zero)),
+        "zero" => {
+            Err(written
+                .error("only a heat flux or a film coefficient can be zero outside its points: expected \"hold\""))
+        }
+        other if may_be_zero(dimension) => {
             Err(written.error(format!("expected \"hold\" or \"zero\", found {other:?}")))
         }
         other => Err(written.error(format!("expected \"hold\", found {other:?}"))),

@@ -6,11 +6,13 @@ mod imported;
 mod marks;
 mod observed;
 mod paper;
+mod pyrometers;
 mod reacting;
 mod renamed;
 mod schedules;
 mod sheets;
 mod states;
+mod trajectory;
 mod unused;
 #[cfg(feature = "xlsx")]
 mod workbooks;
@@ -233,7 +235,12 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         "start 2 lies outside the bounds 0.9 to 1.1",
     ),
     ("\"heated\"", "\"heatd\"", ":27:8:", "unknown kind \"heatd\": did you mean \"heated\"?"),
-    ("flux = {", "fux = {", ":26:1:", "a heated face needs a `flux` or a `radiant_flux`"),
+    (
+        "flux = {",
+        "fux = {",
+        ":26:1:",
+        "a heated face needs a `flux`, an `enthalpy_film_coefficient` or a `radiant_flux`",
+    ),
     ("sigma = \"2 K\"", "sigma = \"2 s\"", ":37:9:", "wrong dimension: expected a temperature difference"),
     ("\"500 W/m^2/K\"", "\"500 W/m^2\"", ":3:23:", "wrong dimension: expected a heat transfer coefficient"),
     ("duration = \"100 s\"\n", "", ": ", "missing key \"duration\": expected a time such as \"41 s\""),

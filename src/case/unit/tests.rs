@@ -38,6 +38,7 @@ fn quantities_are_converted_to_si() {
         ("85 %", Dimension::Fraction, 0.85),
         ("0.85", Dimension::Fraction, 0.85),
         ("0.25 cal/g/K", Dimension::HeatCapacity, 1046.0),
+        ("0.1 lb/ft^2/s", Dimension::MassFlux, 0.488242763638305),
         ("2e-3 m^2 K/W", Dimension::ContactResistance, 2e-3),
         ("2e-3 m^2*K/W", Dimension::ContactResistance, 2e-3),
         // NIST SP 811, appendix B.

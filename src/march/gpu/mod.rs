@@ -28,7 +28,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-use super::{Backend, March, MarchError, PendingBatch, Precision, interpolate_records};
+use super::{Backend, March, MarchError, PendingBatch, Precision, readings, trace_rows};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::Traces;
@@ -193,10 +193,11 @@ impl Gpu {
         members: Range<usize>,
     ) -> Result<PendingBatch<'a>, MarchError> {
         let device = self.device.clone();
+        let rows = trace_rows(plan, ensemble, members.clone(), &[]);
         let carried = members.map(|member| Invocation { member, direction: None }).collect();
         let threads = self.threads_per_member(plan, ensemble.len())?;
         let batch = Batch::begin::<W>(&device, self.pipeline(plan, threads, false)?, plan, ensemble, carried)?;
-        Ok(Box::new(move || Ok(interpolate_records(batch.finish::<W>(&device, plan)?.0, plan, 1))))
+        Ok(Box::new(move || Ok(readings(batch.finish::<W>(&device, plan)?.0, plan, &rows))))
     }
 
     fn tangents_in<W: DeviceScalar>(
@@ -226,7 +227,7 @@ impl Gpu {
                 }
             }
         }
-        Ok(interpolate_records(traces, plan, 1 + factors.len()))
+        Ok(readings(traces, plan, &trace_rows(plan, points, 0..points.len(), factors)))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The transform of a schedule to the quantity that the heat flux is proportional to; a step uses its mean.
 
 use crate::case::Conductivity;
+use crate::case::air::cold_wall_enthalpy_j_kg;
 use crate::plan::layout::{TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
 use std::sync::Arc;
 
@@ -9,6 +10,8 @@ use std::sync::Arc;
 pub(super) enum Transform {
     /// Proportional: fluxes, gas temperatures, pressures.
     Identity,
+    /// Reciprocal of the excess over the enthalpy at the cold wall: recovery enthalpies of a hot-wall correction.
+    HotWall,
     /// Fourth power: temperatures of radiating surroundings.
     FourthPower,
     /// Integral of the conductivity over temperature: temperatures of a held face (Kirchhoff transformation, Carslaw &
@@ -21,6 +24,7 @@ impl Transform {
     pub(super) fn apply(&self, value: f64) -> f64 {
         match self {
             Self::Identity => value,
+            Self::HotWall => 1.0 / (value - cold_wall_enthalpy_j_kg()),
             Self::FourthPower => (value * value) * (value * value),
             Self::ConductivityIntegral(integral) => integral.at(value),
         }
@@ -29,6 +33,7 @@ impl Transform {
     pub(super) fn inverse(&self, transformed: f64) -> f64 {
         match self {
             Self::Identity => transformed,
+            Self::HotWall => cold_wall_enthalpy_j_kg() + 1.0 / transformed,
             Self::FourthPower => transformed.max(0.0).sqrt().sqrt(),
             Self::ConductivityIntegral(integral) => integral.inverse(transformed),
         }
@@ -96,6 +101,10 @@ mod tests {
                 let found_k = transform.inverse(transform.apply(temperature_k));
                 assert!((found_k - temperature_k).abs() < 1e-9 * temperature_k, "{found_k} K, not {temperature_k} K");
             }
+        }
+        for enthalpy_j_kg in [2.5e3, 1e6, 3e7] {
+            let found_j_kg = Transform::HotWall.inverse(Transform::HotWall.apply(enthalpy_j_kg));
+            assert!((found_j_kg / enthalpy_j_kg - 1.0).abs() < 1e-9, "{found_j_kg} J/kg, not {enthalpy_j_kg} J/kg");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::table::{list, paragraph, table};
 use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasFlowModel, Material, OpenFace, Schedule, Side};
-use crate::case::{Provenance, SourceKind};
+use crate::case::{Provenance, Pyrometer, SourceKind, Spectrum};
 use crate::report::{format, observations, reportable};
 use crate::study::answers::Answers;
 
@@ -59,11 +59,24 @@ fn sensors(case: &Case) -> String {
                 (None, Some(ply)) => format!("within {}", plies[ply].name),
                 (None, None) => String::new(),
             };
+            let place =
+                sensor.pyrometer.map_or(place.clone(), |pyrometer| format!("{}, {place}", pyrometer_text(pyrometer)));
             let lag = format::trim_zeros(format!("{:.3}", sensor.lag_s));
             vec![sensor.name.clone(), millimetres(sensor.depth_m), place, lag]
         })
         .collect();
     table("Sensors", &["Sensor", "Depth, mm", "Location", "Time constant, s"], &rows)
+}
+
+/// `pyrometer at 0.9 µm set to an emissivity of 0.85`.
+fn pyrometer_text(pyrometer: Pyrometer) -> String {
+    let um = |wavelength_m: f64| format::trim_zeros(format::significant(1e6 * wavelength_m, 4));
+    let spectrum = match pyrometer.spectrum {
+        Spectrum::Band(shorter_m, longer_m) => format!("from {} to {} µm", um(shorter_m), um(longer_m)),
+        Spectrum::Wavelength(wavelength_m) => format!("at {} µm", um(wavelength_m)),
+    };
+    let emissivity = format::trim_zeros(format::significant(pyrometer.emissivity, 3));
+    format!("pyrometer {spectrum} set to an emissivity of {emissivity}")
 }
 
 fn observations(case: &Case) -> String {
@@ -227,20 +240,24 @@ fn face_text(face: &Face) -> String {
 
 /// The heat fluxes at an open face that are not zero.
 fn heat_flux_terms(open: &OpenFace) -> Vec<String> {
-    let acts = |schedule: &Schedule| schedule.values.iter().any(|value| *value != 0.0);
     let mut terms = Vec::new();
-    if acts(&open.flux_w_m2) {
-        let corrected = open.recovery_enthalpy_j_kg.map_or("without hot-wall correction".to_owned(), |enthalpy| {
-            format!("hot-wall correction with a recovery enthalpy of {} MJ/kg", format::significant(1e-6 * enthalpy, 3))
+    let enthalpy = open.recovery_enthalpy_j_kg.as_ref().map(|enthalpy| range_of_three_digits(enthalpy, 1e-6, "MJ/kg"));
+    if open.flux_w_m2.acts() {
+        let corrected = enthalpy.as_ref().map_or("without hot-wall correction".to_owned(), |enthalpy| {
+            format!("hot-wall correction with a recovery enthalpy of {enthalpy}")
         });
         terms.push(format!("heat flux of {}, {corrected}", range(&open.flux_w_m2, 1e-4, "W/cm²")));
     }
-    if acts(&open.radiant_w_m2) {
+    if let (Some(film), Some(enthalpy)) = (&open.enthalpy_film_kg_m2_s, &enthalpy) {
+        let film = range(film, 1.0, "kg/m²/s");
+        terms.push(format!("convection with {film} times the difference to a recovery enthalpy of {enthalpy}"));
+    }
+    if open.radiant_w_m2.acts() {
         terms.push(format!("radiant heat flux of {}", range(&open.radiant_w_m2, 1e-4, "W/cm²")));
     }
-    if open.film_w_m2_k != 0.0 {
-        let gas = range(&open.gas_k, 1.0, "K");
-        terms.push(format!("convection with {} W/m²/K to gas at {gas}", format::significant(open.film_w_m2_k, 3)));
+    if open.film_w_m2_k.acts() {
+        let (film, gas) = (range_of_three_digits(&open.film_w_m2_k, 1.0, "W/m²/K"), range(&open.gas_k, 1.0, "K"));
+        terms.push(format!("convection with {film} to gas at {gas}"));
     }
     let emissivity = match open.emissivity {
         Emissivity::Material => Some("the emissivity of the material".to_owned()),
@@ -255,9 +272,17 @@ fn heat_flux_terms(open: &OpenFace) -> Vec<String> {
 
 /// The range of a schedule: `26.7 W/cm²`, `0 to 26.7 W/cm²`.
 fn range(schedule: &Schedule, scale: f64, unit: &str) -> String {
+    range_as(schedule, unit, |value| format::trim_zeros(format::significant(scale * value, 4)))
+}
+
+/// The range of a schedule to three digits.
+fn range_of_three_digits(schedule: &Schedule, scale: f64, unit: &str) -> String {
+    range_as(schedule, unit, |value| format::significant(scale * value, 3))
+}
+
+fn range_as(schedule: &Schedule, unit: &str, text: impl Fn(f64) -> String) -> String {
     let low = schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = schedule.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let text = |value: f64| format::trim_zeros(format::significant(scale * value, 4));
     if low == high { format!("{} {unit}", text(high)) } else { format!("{} to {} {unit}", text(low), text(high)) }
 }
 

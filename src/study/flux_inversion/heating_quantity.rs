@@ -62,16 +62,21 @@ impl HeatingQuantity {
                 }
             };
         }
-        let is_heated = |schedule: &Schedule| schedule.values.iter().any(|value| *value != 0.0);
         let heats = |quantity: &Self| match quantity {
-            Self::Flux => is_heated(&open.flux_w_m2),
-            Self::RadiantFlux => is_heated(&open.radiant_w_m2) && open.emissivity != Emissivity::Constant(0.0),
+            Self::Flux => open.flux_w_m2.acts(),
+            Self::RadiantFlux => open.radiant_w_m2.acts() && open.emissivity != Emissivity::Constant(0.0),
             Self::Gas => open.heating_scales_film,
         };
         match Self::ALL.into_iter().filter(heats).collect::<Vec<_>>()[..] {
             [one] => Ok(one),
-            [] if open.film_w_m2_k > 0.0 => Ok(Self::Gas),
-            [] => Ok(Self::Flux),
+            [] if open.film_w_m2_k.acts() => Ok(Self::Gas),
+            [] => match Self::Flux.unavailable_reason(open) {
+                None => Ok(Self::Flux),
+                Some(reason) => {
+                    let quantity = Self::Flux.name();
+                    Err(InversionError::QuantityMissing { case: case.id.clone(), quantity, reason })
+                }
+            },
             [first, second, ..] => {
                 let (first, second) = (first.name(), second.name());
                 Err(InversionError::AmbiguousQuantity { case: case.id.clone(), first, second })
@@ -85,10 +90,13 @@ impl HeatingQuantity {
             Self::Flux | Self::RadiantFlux if open.heating_scales_film => {
                 Some("the hot face is convective: kind = \"heated\" has fluxes, this one takes `gas`")
             }
+            Self::Flux if open.enthalpy_film_kg_m2_s.is_some() => {
+                Some("the hot face has an `enthalpy_film_coefficient` in place of a `flux`")
+            }
             Self::RadiantFlux if open.emissivity == Emissivity::Constant(0.0) => {
                 Some("the emissivity of the hot face is zero, so it absorbs no radiation")
             }
-            Self::Gas if open.film_w_m2_k <= 0.0 => {
+            Self::Gas if !open.film_w_m2_k.acts() => {
                 Some("the hot face has no film: give it a `coefficient` and a `gas`")
             }
             _ => None,
@@ -97,7 +105,7 @@ impl HeatingQuantity {
 
     /// Whether blowing reduces the quantity.
     pub(super) fn is_reduced_by_blowing(self, exposure: &Exposure) -> bool {
-        self == Self::Flux && matches!(&exposure.hot_face, Face::Open(open) if open.blowing > 0.0)
+        self == Self::Flux && matches!(&exposure.hot_face, Face::Open(open) if open.is_blown())
     }
 
     /// The schedule of an open face.

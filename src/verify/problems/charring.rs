@@ -87,7 +87,7 @@ fn gpyro_setting(permeability_m2: f64) -> ProblemSetup {
         start_k: 300.0,
         hot_face: Face::Open(OpenFace {
             radiant_w_m2: Schedule::constant(25e3),
-            film_w_m2_k: 10.0,
+            film_w_m2_k: Schedule::constant(10.0),
             emissivity: Emissivity::Material,
             ..OpenFace::insulated()
         }),
@@ -168,11 +168,21 @@ fn charring_board(series: &'static str) -> Problem {
     let (name, open) = match series {
         "film" => (
             "charring board, film to hot gas",
-            OpenFace { film_w_m2_k: 200.0, heating_scales_film: true, gas_k: rising(1400.0, 300.0), ..open },
+            OpenFace {
+                film_w_m2_k: Schedule::constant(200.0),
+                heating_scales_film: true,
+                gas_k: rising(1400.0, 300.0),
+                ..open
+            },
         ),
         _ => (
             "charring board, recovery enthalpy and blowing",
-            OpenFace { flux_w_m2: rising(250e3, 0.0), recovery_enthalpy_j_kg: Some(8e6), blowing: 0.5, ..open },
+            OpenFace {
+                flux_w_m2: rising(250e3, 0.0),
+                recovery_enthalpy_j_kg: Some(Schedule::constant(8e6)),
+                blowing: Schedule::constant(0.5),
+                ..open
+            },
         ),
     };
     let check = |quantity, points, tolerance, measure, source_of_tolerance| Check {

@@ -33,7 +33,13 @@ pub fn flexible_layup() -> Case {
     let layup = Layup { contacts_w_m2_k: vec![Some(500.0); plies.len() - 1], plies, origin_m: 0.0 };
     let sensors = layup.faces_m().into_iter().take(4).enumerate();
     let sensors = sensors
-        .map(|(i, depth_m)| Sensor { name: format!("TC{}", i + 1), depth_m, side: Side::Both, lag_s: 0.0 })
+        .map(|(i, depth_m)| Sensor {
+            name: format!("TC{}", i + 1),
+            depth_m,
+            side: Side::Both,
+            lag_s: 0.0,
+            pyrometer: None,
+        })
         .collect();
     Case {
         input_files: Default::default(),
@@ -52,12 +58,12 @@ pub fn flexible_layup() -> Case {
             holder: None,
             hot_face: Face::Open(OpenFace {
                 flux_w_m2: Schedule { times_s: vec![0.0, 0.5, 41.0, 41.2], values: vec![0.0, 267e3, 267e3, 0.0] },
-                recovery_enthalpy_j_kg: Some(12e6),
+                recovery_enthalpy_j_kg: Some(Schedule::constant(12e6)),
                 emissivity: Emissivity::Constant(0.7),
                 ..OpenFace::insulated()
             }),
             back_face: Face::Open(OpenFace {
-                film_w_m2_k: 15.0,
+                film_w_m2_k: Schedule::constant(15.0),
                 emissivity: Emissivity::Constant(0.85),
                 ..OpenFace::insulated()
             }),

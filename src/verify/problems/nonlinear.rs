@@ -187,7 +187,7 @@ fn power_law() -> Problem {
             start_k: 300.0,
             hot_face: Face::Open(OpenFace {
                 flux_w_m2: Schedule::constant(0.9 * 50e3),
-                film_w_m2_k: 10.0,
+                film_w_m2_k: Schedule::constant(10.0),
                 emissivity: Emissivity::Constant(0.9),
                 ..OpenFace::insulated()
             }),

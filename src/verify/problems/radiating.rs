@@ -1,6 +1,7 @@
 //! Radiating faces, and benchmarks of standards.
 
 use super::{CELSIUS_K, MOL};
+use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Emissivity, Face, OpenFace, Schedule};
 use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{
@@ -11,7 +12,17 @@ use crate::verify::{exact, reference};
 use std::f64::consts::PI;
 
 pub(super) fn problems() -> Vec<Problem> {
-    vec![cooling(), heating(), nafems_t2(), nafems_t3(), sfpe_case_1(), sfpe_case_2(), kaowool()]
+    vec![
+        cooling(),
+        heating(),
+        varying_films(),
+        varying_recovery(),
+        nafems_t2(),
+        nafems_t3(),
+        sfpe_case_1(),
+        sfpe_case_2(),
+        kaowool(),
+    ]
 }
 
 /// Conductivity of lumped plates: the Biot number of a few millimetres is below 1e-6.
@@ -30,6 +41,72 @@ fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFac
 }
 
 const LUMPED_SOURCE: &str = "cells and steps refined to this tolerance; wide: f32 needs most of it";
+
+/// A 2 mm plate at 1200 K between gases at 400 K, whose film coefficients rise and fall linearly: the exponent of the
+/// decay is the integral of their sum.
+fn varying_films() -> Problem {
+    let (capacity_j_m2_k, start_k, gas_k, end_s) = (0.002 * 2700.0 * 900.0, 1200.0, 400.0, 100.0);
+    let (hot_w_m2_k, back_w_m2_k) = ([20.0, 220.0], [80.0, 0.0]);
+    let film = |values: [f64; 2]| OpenFace {
+        film_w_m2_k: Schedule { times_s: vec![0.0, end_s], values: values.to_vec() },
+        gas_k: Schedule::constant(gas_k),
+        ..OpenFace::insulated()
+    };
+    let integral = |[start, end]: [f64; 2], time_s: f64| start * time_s + 0.5 * (end - start) / end_s * time_s * time_s;
+    let form = |_: f64, time_s: f64| {
+        let exponent = (integral(hot_w_m2_k, time_s) + integral(back_w_m2_k, time_s)) / capacity_j_m2_k;
+        gas_k + (start_k - gas_k) * (-exponent).exp()
+    };
+    Problem::new(
+        Exact,
+        "plate, film coefficients that vary",
+        ProblemSetup {
+            back_face: Face::Open(film(back_w_m2_k)),
+            ..plate(0.002, 2700.0 * 900.0, start_k, film(hot_w_m2_k))
+        },
+        vec![Check {
+            reference: "exponential of the integral of the coefficients",
+            quantity: "both faces, 1 to 100 s",
+            points: points(&[0.0, 0.002], &[1.0, 10.0, 30.0, 60.0, 100.0], form),
+            tolerance: 5e-6,
+            measure: ErrorScale::RelativeTo(start_k),
+            source_of_tolerance: LUMPED_SOURCE,
+        }],
+    )
+}
+
+/// A 2 mm plate under a film of an enthalpy difference, whose coefficient and recovery enthalpy vary: heated, then
+/// cooled by a recovery enthalpy below that of the air at the wall.
+fn varying_recovery() -> Problem {
+    let (capacity_j_m2_k, start_k) = (0.002 * 2700.0 * 900.0, 300.0);
+    let schedule = |values: [f64; 3]| Schedule { times_s: vec![0.0, 40.0, 80.0], values: values.to_vec() };
+    let (film_kg_m2_s, recovery_j_kg) = (schedule([0.02, 0.2, 0.1]), schedule([2e6, 1e6, -1e5]));
+    let rate_k_s = |time_s: f64, temperature_k: f64| {
+        let difference_j_kg = recovery_j_kg.after(time_s) - air_enthalpy_j_kg(temperature_k);
+        film_kg_m2_s.after(time_s) * difference_j_kg / capacity_j_m2_k
+    };
+    let open = OpenFace {
+        enthalpy_film_kg_m2_s: Some(film_kg_m2_s.clone()),
+        recovery_enthalpy_j_kg: Some(recovery_j_kg.clone()),
+        ..OpenFace::insulated()
+    };
+    Problem::new(
+        Exact,
+        "plate, recovery enthalpy that varies",
+        plate(0.002, 2700.0 * 900.0, start_k, open),
+        vec![Check {
+            reference: "lumped equation, Runge–Kutta",
+            quantity: "1 to 80 s",
+            points: points(&[0.0], &[1.0, 10.0, 25.0, 40.0, 60.0, 80.0], |_, time_s| {
+                // Short steps: the heat capacity of air jumps at the nodes of its table.
+                exact::runge_kutta([start_k], 0.0..time_s, 1e-3, |t, [temperature_k]| [rate_k_s(t, temperature_k)])[0]
+            }),
+            tolerance: 5e-6,
+            measure: ErrorScale::RelativeTo(start_k),
+            source_of_tolerance: LUMPED_SOURCE,
+        }],
+    )
+}
 
 /// A 2 mm plate of 2700 kg/m³ and 900 J/kg/K at 1200 K in surroundings at 300 K.
 fn cooling() -> Problem {
@@ -214,7 +291,7 @@ fn sfpe_case_1() -> Problem {
         values: times_s.iter().map(|&t| value(t)).collect(),
     };
     let fire = OpenFace {
-        film_w_m2_k,
+        film_w_m2_k: Schedule::constant(film_w_m2_k),
         gas_k: schedule(&gas_k),
         emissivity: Emissivity::Constant(emissivity),
         surroundings_k: schedule(&gas_k),
@@ -238,7 +315,7 @@ fn sfpe_case_2() -> Problem {
     let (incident_w_m2, start_k) = (50e3, CELSIUS_K + 20.0);
     let heated = OpenFace {
         radiant_w_m2: Schedule::constant(incident_w_m2),
-        film_w_m2_k,
+        film_w_m2_k: Schedule::constant(film_w_m2_k),
         gas_k: Schedule::constant(start_k),
         emissivity: Emissivity::Constant(emissivity),
         surroundings_k: Schedule::constant(0.0),
@@ -281,7 +358,7 @@ fn kaowool() -> Problem {
             start_k: room_k,
             hot_face: Face::Open(OpenFace {
                 radiant_w_m2,
-                film_w_m2_k: 8.0,
+                film_w_m2_k: Schedule::constant(8.0),
                 gas_k: Schedule::constant(room_k),
                 emissivity: Emissivity::Constant(0.95),
                 surroundings_k: Schedule::constant(room_k),

@@ -45,7 +45,7 @@ pub(super) fn material_text(
     let label = path.display().to_string();
     let bytes = read_file(path, &TABLE_FILE_MIB);
     let file = InputFile::new(label.clone(), bytes.as_deref().unwrap_or_default());
-    let table = TableFile::read(bytes, &label, Headings::Chosen(Some(columns.temperature)), diagnostics)?;
+    let table = TableFile::read(bytes, &label, SheetChoice::default(), Headings::Chosen(Some(columns.temperature)), diagnostics)?;
     let reader = ColumnReader { table: &table, columns, diagnostics };
     let temperature = reader.column("temperature", columns.temperature, Dimension::Temperature, None);
     let unused = reader.check_units();
@@ -53,7 +53,8 @@ pub(super) fn material_text(
     let density = reader.density(properties.density);
     let temperature = temperature?;
     let conductivity = reader.property("conductivity", properties.conductivity, temperature, Dimension::Conductivity);
-    let heat_capacity = reader.property("heat_capacity", properties.heat_capacity, temperature, Dimension::HeatCapacity);
+    let heat_capacity =
+        reader.property("heat_capacity", properties.heat_capacity, temperature, Dimension::HeatCapacity);
     let emissivity = reader.property("emissivity", properties.emissivity, temperature, Dimension::Fraction);
     unused?;
     let provenance = provenance(record, &[file]);
@@ -85,7 +86,8 @@ impl ColumnReader<'_> {
 
     /// Every unit belongs to a column.
     fn check_units(&self) -> ReadResult<()> {
-        let find = |(heading, _): &(String, String)| self.require("unit", self.table.find_column(heading, None)).map(drop);
+        let find =
+            |(heading, _): &(String, String)| self.require("unit", self.table.find_column(heading, None)).map(drop);
         self.columns.units.iter().try_for_each(find)
     }
 
@@ -97,13 +99,22 @@ impl ColumnReader<'_> {
     }
 
     /// The column of a heading. `hint` is added to the message if there is none.
-    fn column(&self, choice: &str, heading: &str, dimension: Dimension, hint: Option<&str>) -> ReadResult<ChosenColumn> {
+    fn column(
+        &self,
+        choice: &str,
+        heading: &str,
+        dimension: Dimension,
+        hint: Option<&str>,
+    ) -> ReadResult<ChosenColumn> {
         let found = self.table.find_column(heading, None);
         let index = self.require(choice, found.map_err(|message| message + hint.unwrap_or_default()))?;
         let is_same = |other: &str| self.table.find_column(other, None) == Ok(index);
         let stated = self.columns.units.iter().find(|(other, _)| is_same(other));
         let conversion = stated.map(|(_, unit)| {
-            self.require("unit", unit_conversion(unit, dimension).map_err(|message| format!("{message}, found {unit:?}")))
+            self.require(
+                "unit",
+                unit_conversion(unit, dimension).map_err(|message| format!("{message}, found {unit:?}")),
+            )
         });
         // A fraction without a unit is a number.
         let plain = (dimension == Dimension::Fraction && !self.table.has_unit(index)).then_some((1.0, 0.0));
@@ -111,7 +122,13 @@ impl ColumnReader<'_> {
     }
 
     /// A column over temperature, or a value.
-    fn property(&self, choice: &str, text: &str, temperature: ChosenColumn, dimension: Dimension) -> ReadResult<Property> {
+    fn property(
+        &self,
+        choice: &str,
+        text: &str,
+        temperature: ChosenColumn,
+        dimension: Dimension,
+    ) -> ReadResult<Property> {
         if let Ok(value) = parse_quantity(text, dimension) {
             return self.require(choice, Table::checked_value(value, dimension)).map(Property::Constant);
         }

@@ -3,7 +3,7 @@
 use super::{Scratch, load, shipped};
 use crate::case::{
     Case, Conductivity, Decomposition, Face, GasFlowModel, Material, MixtureRule, PyrolysisHeat, Reaction,
-    ReactionScheme,
+    ReactionScheme, Schedule,
 };
 
 /// A material file with all keys of a decomposition, one key per line.
@@ -229,7 +229,7 @@ fn without_the_key_decomposition_all_plies_are_inert() {
     let reacts: Vec<bool> = case.layup.plies.iter().map(|ply| ply.material.decomposition.is_some()).collect();
     assert_eq!(reacts, [false, false, true, true, true]);
     let Face::Open(face) = &case.exposure.hot_face else { panic!("the hot face is open") };
-    assert_eq!(face.blowing, 0.5);
+    assert_eq!(face.blowing, Schedule::constant(0.5));
     let default = Case::load_with(&shipped("lcat-2259"), &[("decomposition".into(), "true".into())]);
     let gas = default.unwrap_or_else(|error| panic!("{error}")).gas.expect("a default gas");
     assert_eq!((gas.model, gas.gas.id.as_str()), (GasFlowModel::QuasiSteady, "pyrolysis"));

@@ -81,7 +81,7 @@ fn a_schedule_that_does_not_cover_the_duration_is_refused_with_the_uncovered_spa
 }
 
 #[test]
-fn every_schedule_must_cover_the_duration_and_only_fluxes_may_be_zero_outside() {
+fn every_schedule_must_cover_the_duration_and_only_fluxes_and_films_may_be_zero_outside() {
     let through = |unit: &str| format!("[[\"0 s\", \"300 {unit}\"], [\"50 s\", \"310 {unit}\"]]");
     let heated = |more: &str| format!("{FLUX}\n{more}");
     let held = "\"held\"\ntemperature = VALUE";
@@ -90,6 +90,7 @@ fn every_schedule_must_cover_the_duration_and_only_fluxes_may_be_zero_outside() 
         ("name = \"Two", "pressure = VALUE\nname = \"Two".to_owned(), "Pa"),
         (FLUX, heated("radiant_flux = VALUE"), "W/m^2"),
         (FLUX, heated("heat_transfer_coefficient = \"9 W/m^2/K\"\ngas = VALUE"), "K"),
+        (FLUX, heated("heat_transfer_coefficient = VALUE\ngas = \"900 K\""), "W/m^2/K"),
         (FLUX, heated("surroundings = VALUE"), "K"),
         (
             "\"heated\"\nflux",
@@ -119,8 +120,9 @@ fn every_schedule_must_cover_the_duration_and_only_fluxes_may_be_zero_outside() 
         // Without gas a back-face pressure is refused for another reason.
         assert!(found.iter().all(|fault| fault.contains("Darcy")), "{to}: {found:?}");
         let found = of("zero", &format!("{{ points = {}, outside = \"zero\" }}", through(unit)));
-        let refused = found.iter().any(|fault| fault.contains("only a heat flux can be zero outside its points"));
-        assert_eq!(refused, *unit != "W/m^2", "{to}: {found:?}");
+        let refusal = "only a heat flux or a film coefficient can be zero outside its points";
+        let refused = found.iter().any(|fault| fault.contains(refusal));
+        assert_eq!(refused, !["W/m^2", "W/m^2/K"].contains(unit), "{to}: {found:?}");
     }
 }
 
@@ -151,7 +153,10 @@ fn initial_temperatures_cover_the_layup_or_are_held_outside() {
     assert_eq!(of("held", &format!("{{ points = {short}, outside = \"hold\" }}")), Vec::<String>::new());
     assert_eq!(of("whole", r#"[["0 mm", "300 K"], ["3.5 mm", "310 K"]]"#), Vec::<String>::new());
     let found = of("zero", &format!("{{ points = {short}, outside = \"zero\" }}"));
-    assert!(found.iter().any(|fault| fault.contains("only a heat flux can be zero")), "{found:?}");
+    assert!(
+        found.iter().any(|fault| fault.contains("only a heat flux or a film coefficient can be zero")),
+        "{found:?}"
+    );
 }
 
 #[test]

@@ -22,7 +22,7 @@ use crate::physics::thermocouple::{
 };
 use crate::physics::tridiagonal::{factorise, substitute};
 use crate::plan::Plan;
-use crate::plan::layout::{Bead, BoundaryForcing, Face, Reaction, Sensor, TABLE_NODES};
+use crate::plan::layout::{Bead, BoundaryForcing, Reaction, Sensor, TABLE_NODES};
 use bytemuck::{Pod, Zeroable};
 
 const SAMPLES: usize = 16_384;
@@ -232,8 +232,8 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let q = surface_flux(BoundaryForcing(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0),
-                       Face(x[3], x[5], x[15], 0.0),
+            body: "let q = surface_flux(
+                       BoundaryForcing(x[0], x[16], x[5], x[15], x[1], x[3], x[2], x[4], 0.0, 0.0, 0.0),
                        FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13], x[14]);
                    y[0] = q.flux; y[1] = q.slope;",
             inputs: vec![
@@ -253,21 +253,25 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
                 (900.0, 1300.0),
                 (-0.02, 0.05),
                 (0.5, 1.5),
+                (0.5, 1.5),
             ],
             outputs: 2,
             twin: |x, _, y| {
                 let drive = BoundaryForcing {
-                    flux_w_m2: x[0],
+                    convection: x[0],
+                    recovery: x[16],
+                    hot_wall: x[5],
+                    blowing: x[15],
                     radiant_w_m2: x[1],
+                    film_w_m2_k: x[3],
                     gas_k: x[2],
                     surroundings_k: x[4],
                     pressure_pa: W::scalar(0.0),
                     held_k: W::scalar(0.0),
                     holder_k: W::scalar(0.0),
                 };
-                let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], blowing: x[15], held: W::scalar(0.0) };
                 let scale = FaceScale { heating: x[6], film: x[7], exchange: x[8], emissivity: x[9] };
-                let q = surface_flux(drive, face, scale, x[10], x[11], x[12], x[13], x[14]);
+                let q = surface_flux(drive, scale, x[10], x[11], x[12], x[13], x[14]);
                 put(y, &[q.flux, q.slope]);
             },
         },

@@ -30,7 +30,7 @@ impl StateTable {
         let mut blocks: Vec<Block> = Vec::new();
         for (index, line) in text.lines().enumerate() {
             let fault = |message: String| -> ErrorReported {
-                diagnostics.record(&SourceLocation { file: file.clone(), line_column: Some((index + 1, 1)) }, message)
+                diagnostics.record(&SourceLocation { file: file.clone(), sheet: None, line_column: Some((index + 1, 1)) }, message)
             };
             let code = line.split("//").next().unwrap_or_default().trim();
             if code.is_empty() {
@@ -83,9 +83,8 @@ impl StateTable {
             None => Ok(property),
             Some(block) => {
                 let (one_pa, other_pa) = (self.blocks[0][0][0], block[0][0]);
-                let message = format!(
-                    "{name} at {one_pa} Pa and at {other_pa} Pa differ: expected values of temperature alone"
-                );
+                let message =
+                    format!("{name} at {one_pa} Pa and at {other_pa} Pa differ: expected values of temperature alone");
                 Err(diagnostics.record(&SourceLocation::without_line(self.label()), message))
             }
         }
