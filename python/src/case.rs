@@ -69,7 +69,7 @@ impl Case {
 /// The options of marches among words of the command.
 fn march_args(words: &[String]) -> PyResult<MarchArgs> {
     match parse("predict", words)? {
-        Command::Predict(args) => Ok(args.march),
+        Command::Predict { case, .. } => Ok(case.march),
         _ => Err(PyValueError::new_err("the words are of another command")),
     }
 }

@@ -105,7 +105,7 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
     let refused = |failure| errors::failure(&failure);
     let failed = |error| errors::session_error(&error);
     match question {
-        Command::Predict(_) => session.predict().map(drop).map_err(failed),
+        Command::Predict { .. } => session.predict().map(drop).map_err(failed),
         Command::Uncertainty { sweep, .. } => {
             let options = convert::sweep(sweep);
             let Some(members) = members else { return session.uncertainty(&options).map(drop).map_err(failed) };
@@ -144,7 +144,7 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
             session.study(&options).map(drop).map_err(failed)
         }
         Command::Size { size, sweep, .. } => {
-            let options = convert::size(size, sweep).map_err(refused)?;
+            let options = convert::size(size, sweep, session.case()).map_err(refused)?;
             session.size(&options).map(drop).map_err(failed)
         }
         Command::History { data, history, .. } => {

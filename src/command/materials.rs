@@ -4,8 +4,8 @@ use crate::command::args::convert;
 use crate::command::args::{
     DirectionArg, ImportCommand, MaterialsCommand, OutsideArg, PatoArgs, PatoHeatArg, RecordArgs, TableArgs,
 };
-use crate::command::exit::{Failure, Output, input};
-use crate::command::run::{check_writable, print_renamed_keys};
+use crate::command::exit::{Failure, Output, input, unusable_folder};
+use crate::command::run::print_renamed_keys;
 use bondline::case::{
     ImportRecord, ImportedMaterial, Material, MaterialColumns, OutOfRange, PatoHeat, PatoOptions, PropertyColumns,
     SourceKind,
@@ -76,7 +76,7 @@ fn write(
     if !folder.is_dir() {
         return Err(input(format!("--out {}: no such folder: {}", out.display(), folder.display())));
     }
-    check_writable(folder)?;
+    files::check_writable(folder).map_err(unusable_folder)?;
     let mark = args.mark.as_ref().map(|word| {
         SourceKind::named(word).ok_or_else(|| {
             input(format!("--mark: expected read, remembered, estimated, paper or measured, found {word:?}"))

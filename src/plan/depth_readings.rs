@@ -35,9 +35,10 @@ impl Plan {
             depth_m: depth.depth_m,
             side: if let ReadingPlace::Face(side) = place { *side } else { Side::Both },
             lag_s: 0.0,
+            pyrometer: None,
         };
         let sensors = readings.iter().map(|(depth, place)| sensor(depth, place)).collect();
-        let case = Case { sensors, observations: Vec::new(), ..case.clone() };
+        let case = Case { sensors, observations: Vec::new(), limits: Vec::new(), ..case.clone() };
         let (depths, places): (Vec<ProfileDepth>, Vec<ReadingPlace>) = readings.into_iter().unzip();
         (self.read_at(&case, &places), depths)
     }
@@ -111,6 +112,9 @@ impl Plan {
                     steps_above: 0,
                     node_below: cell as u32 + 1,
                     steps_below: 0,
+                    first_node: 0,
+                    end_node: 0,
+                    faces: 0,
                 };
                 // Without a part of the way to the face the reading is the node of the cell.
                 let (above, below, above_m, below_m) = (0.0, 0.0, 0.0, 0.0);
@@ -121,6 +125,9 @@ impl Plan {
         Self {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.read_at(case, places))),
             held_readings: held_readings(case, &sensor_locations, &self.forcing, &self.times_s, &self.instants_s),
+            pyrometers: Vec::new(),
+            sensors: sensors.len(),
+            limit_rows: Vec::new(),
             has_depth_factors: false,
             data: PlanData {
                 beads: vec![Bead { start: 0.0, end: 1.0 }; self.steps() * sensors.len()],

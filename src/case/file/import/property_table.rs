@@ -3,7 +3,7 @@
 use super::ImportRecord;
 use super::material_text::{Property, provenance, quoted};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
-use crate::case::file::table_file::{ChosenColumn, Headings, TableFile};
+use crate::case::file::table_file::{ChosenColumn, Headings, SheetChoice, TableFile};
 use crate::case::input_files::InputFile;
 use crate::case::unit::{Dimension, parse_quantity, unit_conversion};
 use crate::case::{OutOfRange, Table};
@@ -45,7 +45,13 @@ pub(super) fn material_text(
     let label = path.display().to_string();
     let bytes = read_file(path, &TABLE_FILE_MIB);
     let file = InputFile::new(label.clone(), bytes.as_deref().unwrap_or_default());
-    let table = TableFile::read(bytes, &label, SheetChoice::default(), Headings::Chosen(Some(columns.temperature)), diagnostics)?;
+    let table = TableFile::read(
+        bytes,
+        &label,
+        SheetChoice::default(),
+        Headings::Chosen(Some(columns.temperature)),
+        diagnostics,
+    )?;
     let reader = ColumnReader { table: &table, columns, diagnostics };
     let temperature = reader.column("temperature", columns.temperature, Dimension::Temperature, None);
     let unused = reader.check_units();

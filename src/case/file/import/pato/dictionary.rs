@@ -108,7 +108,8 @@ impl<'a> Dictionary<'a> {
     }
 
     fn error_at(&self, line: usize, message: impl Into<String>) -> ErrorReported {
-        self.diagnostics.record(&SourceLocation { file: self.file.clone(), sheet: None, line_column: Some((line, 1)) }, message)
+        self.diagnostics
+            .record(&SourceLocation { file: self.file.clone(), sheet: None, line_column: Some((line, 1)) }, message)
     }
 
     /// The last entry of a name, as in OpenFOAM.

@@ -30,7 +30,10 @@ impl StateTable {
         let mut blocks: Vec<Block> = Vec::new();
         for (index, line) in text.lines().enumerate() {
             let fault = |message: String| -> ErrorReported {
-                diagnostics.record(&SourceLocation { file: file.clone(), sheet: None, line_column: Some((index + 1, 1)) }, message)
+                diagnostics.record(
+                    &SourceLocation { file: file.clone(), sheet: None, line_column: Some((index + 1, 1)) },
+                    message,
+                )
             };
             let code = line.split("//").next().unwrap_or_default().trim();
             if code.is_empty() {
