@@ -118,7 +118,8 @@ impl Layup {
 
     /// Whether a ply is thick enough for the layup: depths within a millionth of it are equal on the grid.
     fn checked_ply_thickness_m(&self, ply: &Ply) -> Result<(), String> {
-        let thickness_m = self.back_m() - self.origin_m;
+        // With what lies above a held face, as depths are measured from the face of the whole layup.
+        let thickness_m = self.back_m();
         THICKNESS_RATIO
             .check(thickness_m / ply.thickness_m)
             .map_err(|message| format!("{message} with a ply of {} m in a layup of {thickness_m} m", ply.thickness_m))

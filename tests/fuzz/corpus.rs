@@ -46,5 +46,13 @@ pub(super) const ENTRIES: &[Entry] = &[
     of_case("ply-without-cells", "thickness = \"0.28 mm\"", "thickness = \"2.8e-19 m\""),
     of_case("endless-march", "duration = \"240 s\"", "duration = \"1e7 s\""),
     of_case("endless-steps", "[hot_face]", "[resolution]\nfirst_step = \"1e-9 s\"\nmax_step = \"1e-9 s\"\n[hot_face]"),
+    Entry {
+        name: "thick-ply-above-a-held-face",
+        case: "lcat-2259-tc3",
+        file: "case.toml",
+        from: "thickness = \"0.51 mm\"",
+        to: "thickness = \"1e15 mm\"",
+        command: "predict c --json --out out",
+    },
     of_material("conductivity-beyond-single-precision", "\"0.05 W/m/K\"", "\"1e-300 W/m/K\""),
 ];
