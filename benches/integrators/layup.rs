@@ -207,7 +207,7 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
         slopes: Derivatives,
     ) -> SurfaceFlux<R> {
         let here = table_index(temperature_k);
-        let (table, face, none) = (&self.plan.rows().tables, self.plan.rows().faces[0], R::from_f64(0.0));
+        let (table, none) = (&self.plan.rows().tables, R::from_f64(0.0));
         let row = table_segment(table, here, FACE_COLUMNS, self.plan.face_table()).row;
         let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
             [0, 1].map(|four| R::column_group(row, four));
@@ -216,7 +216,7 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
         let slope = if slopes == Derivatives::All { enthalpy_rise * per_node } else { smooth };
         let (enthalpy, emissivity) =
             (enthalpy + here.fraction * enthalpy_rise, emissivity + here.fraction * emissivity_rise);
-        let mut found = surface_flux(drive, face, self.hot, temperature_k, emissivity, enthalpy, slope, none);
+        let mut found = surface_flux(drive, self.hot, temperature_k, emissivity, enthalpy, slope, none);
         if slopes == Derivatives::All {
             let (square, surroundings) = (temperature_k * temperature_k, R::splat(drive.surroundings_k));
             let surroundings_square = surroundings * surroundings;

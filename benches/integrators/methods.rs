@@ -114,7 +114,7 @@ pub(crate) struct Steps<'a> {
 impl<'a> Steps<'a> {
     pub(crate) fn of(plan: &'a Plan) -> Self {
         let (drives, lengths_s) = (&plan.rows().boundary_forcing, &plan.rows().step_lengths_s);
-        let slope = |step: usize| (drives[4 * step + 1].flux_w_m2 - drives[4 * step].flux_w_m2) / lengths_s[step];
+        let slope = |step: usize| (drives[4 * step + 1].convection - drives[4 * step].convection) / lengths_s[step];
         let steepest = (0..plan.steps()).map(|step| slope(step).abs()).fold(0.0, f64::max);
         let bends = |step: usize| (slope(step) - slope(step - 1)).abs() > 1e-6 * steepest;
         Self { plan, is_corner: (0..plan.steps()).map(|step| step == 0 || bends(step)).collect() }
@@ -124,7 +124,7 @@ impl<'a> Steps<'a> {
     fn drive(&self, step: usize, share: f64) -> BoundaryForcing<f64> {
         let [start, end] = [0, 1].map(|end| self.plan.rows().boundary_forcing[4 * step + end]);
         // Only the flux changes in these cases.
-        BoundaryForcing { flux_w_m2: start.flux_w_m2 + share * (end.flux_w_m2 - start.flux_w_m2), ..start }
+        BoundaryForcing { convection: start.convection + share * (end.convection - start.convection), ..start }
     }
 }
 

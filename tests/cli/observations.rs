@@ -168,6 +168,24 @@ fn a_messy_workbook_is_shown_as_it_is_and_its_good_channels_give_the_truth() {
     assert_eq!(missed(&good), [""; 0], "{:#}", good["factors"]);
     // The frozen thermocouple moves the estimate out of that interval, and its own interval is several times as wide.
     let spoiled = run(&scratch, &format!("{fit} TC1,TC2,TC3,TC4,BOND --out spoiled")).json();
+    // The ply is sized with the estimates and their intervals, and then holds the limit of the bond.
+    let estimated = TRUTH.map(|(name, _)| {
+        let [value, low, high] = ["value", "low", "high"].map(|key| number(&good["factors"][name][key]));
+        format!("--set {name}={value} --set {name}.small=[{low},{high}]")
+    });
+    let options = format!("{} --set sensor.BOND.limit=330K -n 1000 --json", estimated.join(" "));
+    let sized = run(&scratch, &format!("size run17 --ply INS {options}")).succeeded().json();
+    let thickness_m = number(&sized["sizing"]["required"]["thickness_m"]);
+    let above = |thickness: &str| {
+        let line = format!("uncertainty run17 {options} --seed 2 --set ply.INS.thickness={thickness}");
+        let margins = run(&scratch, &line).succeeded().json()["margins"].clone();
+        assert_eq!(margins[0]["limit_k"].as_f64(), Some(330.0), "{margins:#}");
+        number(&margins[0]["members"]["above"]["count"])
+    };
+    assert!(above(&format!("{thickness_m}m")) <= 25.0, "{thickness_m} m");
+    assert!(above("6mm") > 990.0);
+    let table = scratch.read("out/run17/uncertainty/margins.csv");
+    assert!(table.lines().nth(1).is_some_and(|row| row.starts_with("BOND,sensor,330,")), "{table}");
     let (good, spoiled) = (&good["factors"]["f_k"], &spoiled["factors"]["f_k"]);
     assert!(!(number(&good["low"])..=number(&good["high"])).contains(&number(&spoiled["value"])), "{good} {spoiled}");
     assert!(number(&spoiled["standard_error"]) > 3.0 * number(&good["standard_error"]), "{good} {spoiled}");
