@@ -51,8 +51,16 @@ fn faults_of_answer(scratch: &Scratch, made: &[PathBuf], stdout: &str, is_json: 
         let Ok(summary) = serde_json::from_str::<serde_json::Value>(stdout) else {
             return Some("standard output is not JSON".to_owned());
         };
+        // A factor without effect says so, and has no interval.
+        let undetermined = |factor: &serde_json::Value| factor["has_effect"] == false;
+        let factors = summary["factors"].as_object().into_iter().flatten();
+        if let Some((name, found)) =
+            factors.into_iter().find(|(_, found)| !undetermined(found) && found.to_string().contains("null"))
+        {
+            return Some(format!("a number of {name} is not finite: {found}"));
+        }
         // Without gas there is no balance of mass.
-        for path in ["/sensors", "/balance/energy", "/factors"] {
+        for path in ["/sensors", "/balance/energy"] {
             if let Some(found) = summary.pointer(path).filter(|found| found.to_string().contains("null")) {
                 return Some(format!("a number of {path} is not finite: {found}"));
             }
