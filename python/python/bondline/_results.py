@@ -237,14 +237,20 @@ class Estimate(Prediction):
 
     @property
     def draws(self) -> pandas.DataFrame:
-        """Draws from the posterior, one column for each factor: at most two thousand, spread over walkers and iterations."""
+        """Draws from the posterior, one column for each factor.
+
+        At most two thousand, spread over walkers and iterations.
+        """
         import pandas
 
         return pandas.DataFrame(self._part("posterior")["draws"], columns=self.names)
 
     def to_arviz(self) -> Any:
-        """The draws as ``arviz.InferenceData``. The thinned draws of all walkers are one chain, so statistics that compare
-        chains do not apply; those of the whole chains are in :meth:`summary`."""
+        """The draws as ``arviz.InferenceData``.
+
+        The thinned draws of all walkers are one chain, so statistics that compare chains do not apply; those of the whole
+        chains are in :meth:`summary`.
+        """
         import arviz
 
         return arviz.from_dict(posterior={name: self.draws[[name]].to_numpy().T for name in self.names})
