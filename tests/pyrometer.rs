@@ -9,6 +9,7 @@ use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
+use bondline::session::{Options, Session};
 use bondline::study::estimate::{SearchOptions, estimate};
 use bondline::study::twin::{Noise, twin};
 use std::collections::BTreeMap;
@@ -171,4 +172,66 @@ fn an_estimate_from_a_pyrometer_recovers_the_emissivity_and_one_that_takes_it_fo
     }
     let thermocouple = estimated(0, 0);
     assert!((thermocouple - 0.9).abs() < RECOVERED, "{thermocouple}");
+}
+
+/// The same layup with its hot face held by the readings of `ONE`, for an emissivity of the face.
+fn held(readings: &[(f64, f64)], face_emissivity: f64, noise: &str) -> Case {
+    let points: Vec<String> =
+        readings.iter().map(|(time_s, reading_k)| format!("[\"{time_s} s\", \"{reading_k} K\"]")).collect();
+    let face = format!(
+        "kind = \"held\"\ntemperature = {{ points = [{}], {noise}pyrometer = {{ wavelength = \"1.6 um\", emissivity = \
+         0.9, face_emissivity = {face_emissivity}, face_emissivity_deviation = 0.05, surroundings = \"0 K\" }} }}\n",
+        points.join(", ")
+    );
+    let (before, after) = CASE.split_once("kind = \"heated\"\n").expect("a hot face");
+    let (_, after) = after.split_once("[[factor]]").expect("factors");
+    let text = format!("{before}{face}[[factor]]{after}");
+    let pyrometers = text.lines().filter(|line| !line.contains("\"pyrometer\"")).collect::<Vec<_>>().join("\n");
+    Case::from_toml(&pyrometers, "held", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_face_held_by_a_pyrometer_has_the_temperatures_of_the_test_that_it_looked_at() {
+    let text = CASE
+        .replacen(
+            "surroundings = [[\"0 s\", \"400 K\"], [\"60 s\", \"700 K\"]]",
+            "surroundings = \"0 K\"\nemissivity = 0.7",
+            1,
+        )
+        .replacen("output_interval = \"2 s\"", "output_interval = \"0.1 s\"", 1);
+    let truth = Case::from_toml(&text, "truth", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"));
+    let traces = |case: &Case| {
+        let plan = adapt(case).expect("the processor does not fail");
+        let traces = march().march(&plan, &Ensemble::from_values(2, vec![1.0, 1.0]), 0..1).expect("it marches");
+        let of = |sensor: usize| traces.trace(0, sensor).to_vec();
+        (plan.instants_s().to_vec(), (0..case.sensors().len()).map(of).collect::<Vec<_>>())
+    };
+    let (instants_s, expected) = traces(&truth);
+    let readings: Vec<(f64, f64)> = instants_s.iter().copied().zip(expected[1].iter().copied()).collect();
+    // TC1 is the last sensor of both cases; every 20th instant of the truth is one of the held case.
+    let off_k = |case: &Case| {
+        let (held_s, found) = traces(case);
+        let pairs = held_s.iter().zip(&found[1]).filter_map(|(time_s, found_k)| {
+            let at = instants_s.iter().position(|instant_s| (instant_s - time_s).abs() < 1e-9)?;
+            Some((found_k - expected[3][at]).abs())
+        });
+        pairs.fold(0.0, f64::max)
+    };
+    let (right_k, wrong_k) = (off_k(&held(&readings, 0.7, "")), off_k(&held(&readings, 0.6, "")));
+    assert!(right_k < 0.3, "off by {right_k} K");
+    assert!(wrong_k > 10.0, "another emissivity of the face changes the prediction: {wrong_k} K");
+    let smoothed_k = off_k(&held(&readings, 0.7, "noise = \"0.05 K\", "));
+    assert!(smoothed_k < 0.5, "off by {smoothed_k} K");
+
+    let mut session = Session::open(held(&readings, 0.7, ""), &Options::default()).expect("a processor");
+    let answers = session.predict().expect("a prediction");
+    let effect =
+        session.answers().and_then(|answers| answers.driver_emissivity.clone()).expect("the effect of the emissivity");
+    let lower = answers.temperatures_k[1].iter().zip(&traces(&held(&readings, 0.65, "")).1[1]).map(|(a, b)| b - a);
+    let lower_k = lower.fold(0.0, |most: f64, change: f64| if change.abs() > most.abs() { change } else { most });
+    let [(found_k, _), (higher_k, _)] = effect.changes[1];
+    assert!(
+        (found_k - lower_k).abs() < 0.2 && found_k > 5.0 && higher_k < -5.0,
+        "{found_k} K, {lower_k} K, {higher_k} K"
+    );
 }

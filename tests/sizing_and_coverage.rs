@@ -1,7 +1,7 @@
 //! Sizing of a ply against a closed-form solution, and interval coverage on synthetic data.
 
 use crate::support::{case, modified};
-use bondline::case::{Bounds, Case};
+use bondline::case::{Bounds, Case, LimitedPart};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
@@ -43,7 +43,8 @@ const LIMIT_K: f64 = 600.0;
 
 fn demand(case: &Case, ply: &str, sensor: &str, limit_k: f64) -> SizingRequirement {
     let sensor = case.sensors().iter().position(|found| found.name == sensor).expect("a sensor of the case");
-    SizingRequirement { ply: ply.to_owned(), sensor, limit_k, probability: 0.9, thickness_range_m: None }
+    let part = LimitedPart::Sensor(sensor);
+    SizingRequirement { ply: ply.to_owned(), part, limit_k, probability: 0.9, thickness_range_m: None }
 }
 
 fn sweep(members: usize, seed: u64) -> Sweep {
@@ -114,6 +115,23 @@ fn at_each_thickness_the_band_of_peaks_covers_95_percent_of_the_members_in_close
         let (middle_k, half_k) = (0.5 * (low_k + high_k), 0.45 * (high_k - low_k));
         assert!(between(middle_k - half_k, middle_k + half_k) < 376, "a band narrower by 10 % has the same coverage");
     }
+}
+
+#[test]
+fn a_ply_and_an_interface_are_sized_for_their_hottest_point() {
+    let layered = case("lcat-2259");
+    let sized = |part: LimitedPart| {
+        let demand = SizingRequirement { part, ..demand(&layered, "INS", "TC4", 800.0) };
+        let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
+        size(&layered, &mut march, &demand, &sweep(60, 1)).expect("a thickness").nominal.found_m().expect("a thickness")
+    };
+    // The barrier is hottest on its face to the insulation, TC4 reads between the two faces there.
+    let (interface_m, ply_m) = (sized(LimitedPart::Interface(3)), sized(LimitedPart::Ply(4)));
+    let sensor_m = sized(LimitedPart::Sensor(3));
+    assert!(
+        interface_m > sensor_m && sensor_m > ply_m && interface_m < 1.1 * ply_m,
+        "{interface_m} {sensor_m} {ply_m}"
+    );
 }
 
 /// Sizing and check with 60 members each, over 40 seeds: the share that the check finds lies in the interval that the

@@ -4,6 +4,7 @@
 //! case file is read into a builder; its errors have a line and a column.
 
 pub mod air;
+mod brightness;
 mod builder;
 mod conductivity;
 mod decomposition;
@@ -21,6 +22,7 @@ mod material;
 mod observation;
 mod provenance;
 mod pyrometer;
+mod pyrometer_driver;
 mod reading_notes;
 mod recorded_channel;
 mod renamed_key;
@@ -33,6 +35,7 @@ mod thermogravimetry;
 pub mod unit;
 mod validation;
 
+pub(crate) use brightness::Radiance;
 pub use builder::CaseBuilder;
 pub use conductivity::{Conductivity, ThreePartConductivity};
 pub use decomposition::{
@@ -51,6 +54,7 @@ pub use material::Material;
 pub use observation::Observation;
 pub use provenance::{Provenance, SourceKind};
 pub use pyrometer::{Pyrometer, Spectrum};
+pub use pyrometer_driver::PyrometerDriver;
 pub use recorded_channel::RecordedChannel;
 pub use renamed_key::RenamedKey;
 pub(crate) use resolution::MAX_CORNERS;
@@ -207,6 +211,12 @@ impl Case {
             *face = Face::Held(driver.measured.clone());
         }
         (!self.reading_notes.drivers.is_empty()).then_some(exposure)
+    }
+
+    /// The pyrometer whose readings hold the hot face. It is no part of the content, which has the temperature of the
+    /// face; a case from a builder has none.
+    pub fn pyrometer_driver(&self) -> Option<&PyrometerDriver> {
+        self.reading_notes.pyrometer_driver.as_ref()
     }
 
     /// The files that the case was read from; none if it was built from values.

@@ -1,6 +1,7 @@
 //! What the reader of a case notes: old names of keys and values, and data that are not read.
 
 use super::error::Diagnostic;
+use super::pyrometer_driver::PyrometerDriver;
 use super::recorded_channel::RecordedChannel;
 use super::renamed_key::RenamedKey;
 use super::smoothed_driver::SmoothedDriver;
@@ -15,6 +16,8 @@ pub(crate) struct ReadingNotes {
     pub(super) recorded: Vec<RecordedChannel>,
     /// Temperatures of held faces before they were smoothed.
     pub(super) drivers: Vec<SmoothedDriver>,
+    /// The pyrometer that holds the hot face.
+    pub(super) pyrometer_driver: Option<PyrometerDriver>,
 }
 
 impl PartialEq for ReadingNotes {

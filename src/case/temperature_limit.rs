@@ -36,6 +36,13 @@ impl LimitedPart {
         }
     }
 
+    /// All parts of a layup with sensors: first the sensors, then the plies and the interfaces.
+    pub(crate) fn all(layup: &Layup, sensors: &[Sensor]) -> Vec<Self> {
+        let plies = layup.plies.len();
+        let sensors = (0..sensors.len()).map(Self::Sensor);
+        sensors.chain((0..plies).map(Self::Ply)).chain((1..plies).map(|below| Self::Interface(below - 1))).collect()
+    }
+
     /// Name of the part: that of the ply or sensor; `INS2/GB` for the interface between two plies.
     pub(crate) fn name(self, layup: &Layup, sensors: &[Sensor]) -> String {
         match self {

@@ -4,7 +4,6 @@
 //! linear interpolation; every boundary schedule becomes four rows a step; every scaled quantity refers to a factor
 //! column of the ensemble, and unscaled quantities refer to column 0, which is one.
 
-mod brightness;
 mod consistency;
 mod depth_readings;
 mod factor_columns;

@@ -1,8 +1,7 @@
 //! Readings of pyrometers, from the temperature of the hot face after a march.
 
 use super::Plan;
-use super::brightness::Radiance;
-use crate::case::{Case, Emissivity, Exposure, Face, OpenFace, Table};
+use crate::case::{Case, Emissivity, Exposure, Face, OpenFace, Radiance, Table};
 
 /// Half the distance over which the slope of an emissivity table is taken, K.
 const SLOPE_STEP_K: f64 = 1e-3;

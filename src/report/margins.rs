@@ -8,7 +8,7 @@ use super::files::table::{CsvTable, NamedFile, cell};
 use super::html::table::{list, table};
 use super::reportable::Finding;
 use super::{ReportError, format};
-use crate::case::TemperatureLimit;
+use crate::case::{LimitedPart, TemperatureLimit};
 use crate::study::answers::Answers;
 use crate::study::margins::{HeatLoad, Margin, MarginSpread};
 use crate::study::nominal::Prediction;
@@ -40,6 +40,15 @@ fn rows<'a>(answers: &'a Answers, outcome: &'a Prediction) -> Vec<Row<'a>> {
         spread: spreads.map(|spreads| &spreads.limits[index]),
     };
     limits.map(row).collect()
+}
+
+/// Name and highest nominal temperature, K, of each ply without a limit, in a report with margins.
+fn plies_without_limit(answers: &Answers, outcome: &Prediction) -> Vec<(String, f64)> {
+    let limits = &answers.case.limits;
+    let is_free = |ply: usize| limits.iter().all(|limit| limit.part != LimitedPart::Ply(ply));
+    let plies = answers.case.layup.plies.iter().zip(&outcome.extremes_k).enumerate();
+    let free = plies.filter(|(ply, _)| is_free(*ply));
+    free.map(|(_, (ply, (_, highest_k)))| (ply.name.clone(), *highest_k)).collect()
 }
 
 fn heat_load(answers: &Answers) -> Option<&HeatLoad> {
@@ -173,6 +182,12 @@ fn notes(answers: &Answers, outcome: &Prediction, rows: &[Row<'_>]) -> Vec<Strin
          interface at the hotter of its two faces; of a sensor its reading. The margin is the limit minus the peak."
             .to_owned(),
     ];
+    let free = plies_without_limit(answers, outcome);
+    if !free.is_empty() {
+        let free: Vec<String> =
+            free.iter().map(|(name, highest_k)| format!("{name} {} K", format::grouped(*highest_k, 0))).collect();
+        notes.push(format!("Plies without a limit, highest temperature nominally: {}.", format::list(&free)));
+    }
     let interpolated_k = rows.iter().map(|row| row.nominal.interpolated_k).fold(0.0, f64::max);
     notes.push(format!(
         "Temperatures are read at the output instants and at the corners of the schedules; a peak between them is the \
@@ -267,6 +282,11 @@ pub(super) fn csv(answers: &Answers, outcome: &Prediction) -> Result<Option<Name
         let numbers = nominal.into_iter().chain(of_members).chain(heats).map(cell);
         file.text_row(names.into_iter().chain(numbers).collect())?;
     }
+    for (name, highest_k) in plies_without_limit(answers, outcome) {
+        let names = [name, LimitedPart::Ply(0).kind().to_owned()];
+        let nominal = [f64::NAN, highest_k].into_iter().chain([f64::NAN; 28]);
+        file.text_row(names.into_iter().chain(nominal.map(cell)).collect())?;
+    }
     file.finish().map(Some)
 }
 
@@ -331,7 +351,6 @@ mod tests {
     use super::super::fixture;
     use super::super::terminal::screen;
     use super::*;
-    use crate::case::LimitedPart;
     use crate::study::margins::{MarginStatistics, PEAK_PROBABILITIES, PeakPercentile};
     use crate::study::nominal::Peak;
 
@@ -409,7 +428,9 @@ mod tests {
             let mut rows = csv::Reader::from_reader(bytes.as_slice());
             let head = rows.headers().expect("a head").clone();
             let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("as long as the head")).collect();
-            assert_eq!(rows.len(), 2);
+            // Five plies without a limit follow the two limits.
+            assert_eq!(rows.len(), 2 + 5);
+            assert_eq!((&rows[2][1], &rows[2][2], rows[2][3].is_empty()), ("ply", "", false));
             let cell = |name: &str| {
                 let column = head.iter().position(|column| column == name).unwrap_or_else(|| panic!("no {name}"));
                 rows[1][column].to_owned()

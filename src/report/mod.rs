@@ -9,6 +9,7 @@ mod chart;
 mod contour;
 mod coverage_study;
 mod depth_profiles;
+mod driver_emissivity;
 mod driver_smoothing;
 mod estimate;
 mod figure;

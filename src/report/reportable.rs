@@ -102,6 +102,7 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
         shown(&answers.observation_check),
         shown(&answers.nominal),
         shown(&answers.driver_smoothing),
+        shown(&answers.driver_emissivity),
         shown(&answers.uncertainty),
         shown(&answers.depth_profiles),
         shown(&answers.sensitivity),

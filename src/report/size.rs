@@ -63,13 +63,14 @@ impl Reportable for Sizing {
     }
 }
 
+/// The name of the part whose peak is limited.
+fn limited_part(answers: &Answers, outcome: &Sizing) -> String {
+    outcome.requirement.part.name(&answers.case.layup, &answers.case.sensors)
+}
+
 /// `TC4 below 623 K (350 °C)`.
 fn limit_text(answers: &Answers, outcome: &Sizing) -> String {
-    format!(
-        "{} below {}",
-        answers.case.sensors[outcome.requirement.sensor].name,
-        format::kelvin(outcome.requirement.limit_k)
-    )
+    format!("{} below {}", limited_part(answers, outcome), format::kelvin(outcome.requirement.limit_k))
 }
 
 /// `12.41 mm`, `2.00 mm or less`, `more than 4.00 mm`.
@@ -206,7 +207,7 @@ fn required_members(outcome: &Sizing) -> String {
 /// Warnings.
 fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
     let mut warnings = Vec::new();
-    let sensor = &answers.case.sensors[outcome.requirement.sensor].name;
+    let part = limited_part(answers, outcome);
     for failure in &outcome.failures {
         warnings.push(format!(
             "{} of {} failed at some thickness ({}), first member {}; they count as exceeding the limit there.",
@@ -223,7 +224,7 @@ fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
             RequiredThickness::Beyond(at_m) => format!("no thickness up to {} suffices even so", millimetres(at_m)),
         };
         warnings.push(format!(
-            "{sensor} peaks at the end of the run ({}), so the true peak may be higher: {consequence}. Extend the run \
+            "{part} peaks at the end of the run ({}), so the true peak may be higher: {consequence}. Extend the run \
              (--set duration=...).",
             format::seconds(answers.case.exposure.duration_s)
         ));
@@ -233,7 +234,7 @@ fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
     };
     if let Some(pair) = outcome.peak_curve.windows(2).find(|pair| rises(pair)) {
         warnings.push(format!(
-            "From {} to {} the nominal peak of {sensor} rises with thickness: the solution may not be unique.",
+            "From {} to {} the nominal peak of {part} rises with thickness: the solution may not be unique.",
             millimetres(pair[0].thickness_m),
             millimetres(pair[1].thickness_m)
         ));

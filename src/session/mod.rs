@@ -42,6 +42,7 @@ use crate::study::coverage_study::{CoverageDesign, CoverageStudy};
 #[cfg(feature = "serde")]
 use crate::study::coverage_study::{DataSetFit, coverage_study_from, kept_fits::KeptFits};
 use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
+use crate::study::driver_emissivity::driver_emissivity;
 use crate::study::driver_smoothing::driver_smoothing;
 use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use crate::study::flux_inversion::{FluxInversion, invert_flux};
@@ -585,6 +586,7 @@ impl RunningStudy<'_> {
     fn predict(&mut self) -> Result<Prediction, SessionError> {
         let found = nominal(&self.answers.case, self.plan, self.march)?;
         self.answers.driver_smoothing = driver_smoothing(&self.answers.case, self.plan, self.march, &found)?;
+        self.answers.driver_emissivity = driver_emissivity(&self.answers.case, self.plan, self.march, &found)?;
         self.answers.nominal = Some(found.clone());
         Ok(found)
     }

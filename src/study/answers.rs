@@ -2,6 +2,7 @@
 
 use super::coverage_study::CoverageStudy;
 use super::depth_profiles::DepthProfiles;
+use super::driver_emissivity::DriverEmissivity;
 use super::driver_smoothing::DriverSmoothing;
 use super::estimate::ParameterEstimates;
 use super::flux_inversion::FluxInversion;
@@ -43,6 +44,8 @@ pub struct Answers {
     pub nominal: Option<Prediction>,
     /// The effect of smoothing the temperature of a held face; `None` if none was smoothed.
     pub driver_smoothing: Option<DriverSmoothing>,
+    /// The effect of the emissivity by which readings of a pyrometer were converted; `None` if none holds the hot face.
+    pub driver_emissivity: Option<DriverEmissivity>,
     /// The Monte Carlo sweep.
     pub uncertainty: Option<Uncertainty>,
     /// Profiles through the thickness.
@@ -78,6 +81,7 @@ impl Answers {
             observation_check: None,
             nominal: None,
             driver_smoothing: None,
+            driver_emissivity: None,
             uncertainty: None,
             depth_profiles: None,
             sensitivity: None,

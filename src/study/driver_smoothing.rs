@@ -31,11 +31,7 @@ pub fn driver_smoothing(
 ) -> Result<Option<DriverSmoothing>, MarchError> {
     let Some(exposure) = case.measured_exposure() else { return Ok(None) };
     let traces = march.march(&plan.with_exposure(&exposure), &Ensemble::nominal(&case.factors), 0..1)?;
-    let change = |sensor: usize| {
-        let pairs = traces.trace(0, sensor).iter().zip(&nominal.temperatures_k[sensor]).zip(&nominal.instants_s);
-        let changes = pairs.map(|((measured_k, smoothed_k), time_s)| (smoothed_k - measured_k, *time_s));
-        changes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).unwrap_or((0.0, 0.0))
-    };
+    let change = |sensor: usize| nominal.largest_difference(sensor, traces.trace(0, sensor));
     let changes = (0..case.sensors.len()).map(change).collect();
     Ok(Some(DriverSmoothing { drivers: case.smoothed_drivers().to_vec(), changes }))
 }

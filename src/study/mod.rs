@@ -5,6 +5,7 @@ pub mod answers;
 pub(crate) mod checksum;
 pub mod coverage_study;
 pub mod depth_profiles;
+pub mod driver_emissivity;
 pub mod driver_smoothing;
 pub mod estimate;
 pub mod flux_inversion;

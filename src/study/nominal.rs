@@ -115,6 +115,13 @@ impl Prediction {
         }
     }
 
+    /// The largest difference of a sensor's temperature from another trace, K, and its time, s.
+    pub(crate) fn largest_difference(&self, sensor: usize, other_k: &[f64]) -> (f64, f64) {
+        let pairs = self.temperatures_k[sensor].iter().zip(other_k).zip(&self.instants_s);
+        let differences = pairs.map(|((own_k, other_k), time_s)| (own_k - other_k, *time_s));
+        differences.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).unwrap_or((0.0, 0.0))
+    }
+
     /// A gauge over time; `None` where gauges were not recorded.
     pub fn gauge_trace(&self, gauge: Gauge) -> Option<&GaugeTrace> {
         self.gauge_traces.iter().find(|reading| reading.gauge == gauge)

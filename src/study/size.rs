@@ -1,4 +1,5 @@
-//! Sizing: the thickness of a ply that keeps a sensor below its temperature limit with a given probability.
+//! Sizing: the thickness of a ply that keeps a sensor, a ply or an interface below its temperature limit with a given
+//! probability.
 
 mod required_thickness;
 mod scalable_case;
@@ -6,12 +7,13 @@ mod thickness_march;
 
 pub use required_thickness::RequiredThickness;
 
+use super::margins::MarginReader;
 use super::nominal::{Peak, nominal};
 use super::proportion::{Proportion, counts_below_95, quantile_ranks_95};
 use super::uncertainty::{Failure, Sweep, uncertainty};
 use super::work_log::{NoLog, WorkLog};
 use crate::adapt::adapt_monitored;
-use crate::case::Case;
+use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{March, MarchError};
 use crate::traces::MemberStatus;
@@ -28,8 +30,8 @@ pub(crate) use thickness_march::LOG_COLUMNS;
 pub struct SizingRequirement {
     /// A ply, or a group whose plies are scaled by one ratio.
     pub ply: String,
-    /// Index of the sensor whose peak must stay below the limit.
-    pub sensor: usize,
+    /// The part whose peak must not exceed the limit.
+    pub part: LimitedPart,
     /// The limit, K.
     pub limit_k: f64,
     /// Required fraction of members below the limit.
@@ -69,7 +71,7 @@ pub struct Sizing {
     pub peak_curve: Vec<PeakCurvePoint>,
     /// Mean density of the sized plies, kg/m³: their mass per area divided by their thickness.
     pub density_kg_m3: f64,
-    /// Whether the sensor peaks at the end of the run, so that its true peak may be later and higher.
+    /// Whether the part peaks at the end of the run, so that its true peak may be later and higher.
     pub still_warming: bool,
     /// Independent Monte Carlo at the thickness found; `None` where none was found.
     pub check: Option<IndependentCheck>,
@@ -132,14 +134,14 @@ pub enum SizeError {
     /// The case has no factors.
     #[error("the case has no factors, so a probability is undefined")]
     NoFactors,
-    /// The sensor's peak does not decrease with thickness.
+    /// The peak does not decrease with thickness.
     #[error(
-        "{sensor} is not cooled by a thicker {ply}: its peak is {thin_k:.1} K at {thin_mm} mm and {thick_k:.1} K at \
+        "{part} is not cooled by a thicker {ply}: its peak is {thin_k:.1} K at {thin_mm} mm and {thick_k:.1} K at \
          {thick_mm} mm"
     )]
     NotCooled {
-        /// The sensor.
-        sensor: String,
+        /// The part with the limit.
+        part: String,
         /// The ply.
         ply: String,
         /// The smallest thickness, mm.
@@ -160,14 +162,14 @@ pub enum SizeError {
 const CURVE_POINTS: usize = 13;
 /// Members marched for the percentiles of the peak curve.
 pub const CURVE_MEMBERS: usize = 400;
-/// Smallest decrease of the nominal peak over the allowed range; below it, thickness does not cool the sensor, K.
+/// Smallest decrease of the nominal peak over the allowed range; below it, thickness does not cool the part, K.
 const MIN_COOLING_K: f64 = 1.0;
 
 /// Find the required thickness. The same members are marched at every thickness (common random numbers), so the
 /// required thickness is as smooth as the peaks.
 ///
 /// # Errors
-/// When the ply cannot be sized, its thickness does not cool the sensor, or the device fails. No allowed thickness
+/// When the ply cannot be sized, its thickness does not cool the part, or the device fails. No allowed thickness
 /// sufficing, or every one, is a result and no error.
 pub fn size(
     case: &Case,
@@ -192,6 +194,9 @@ pub(crate) fn size_from(
     if case.factors.is_empty() {
         return Err(SizeError::NoFactors);
     }
+    let mut limited = case.clone();
+    limited.limits = vec![TemperatureLimit { part: demand.part, limit_k: demand.limit_k }];
+    let case = &limited;
     let mut trial = ThicknessMarch::new(case, march, demand, log)?;
     let drawn_m = trial.scalable.case_thickness_m;
     let within_m = demand.thickness_range_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
@@ -304,7 +309,7 @@ fn check_cooled(case: &Case, demand: &SizingRequirement, curve: &[(f64, Peak)]) 
     // Rounded to 0.1 µm.
     let mm = |length_m: f64| (1e7 * length_m).round() / 1e4;
     Err(SizeError::NotCooled {
-        sensor: case.sensors[demand.sensor].name.clone(),
+        part: demand.part.name(&case.layup, &case.sensors),
         ply: demand.ply.clone(),
         thin_mm: mm(*thin_m),
         thin_k,
@@ -357,22 +362,27 @@ fn independent_check(
     let Sweep { members, sampling, .. } = *sweep;
     let kind = if sampling.kind == SamplingKind::Uniform { SamplingKind::Uniform } else { SamplingKind::Normal };
     let sampling = Sampling { kind, seed: sampling.seed.wrapping_add(1) };
-    let mut count = 0;
+    let mut peaks_k = Vec::with_capacity(members);
+    let reader = MarginReader::new(anew, &plan);
     let outcome = uncertainty(anew, &plan, march, &nominal, &Sweep { sampling, ..*sweep }, &mut |_, traces| {
-        count += (0..traces.members())
-            .filter(|&member| traces.statuses[member] == MemberStatus::Completed)
-            .filter(|&member| traces.trace(member, demand.sensor).iter().all(|&at_k| at_k < demand.limit_k))
-            .count();
+        let completed = (0..traces.members()).filter(|&member| traces.statuses[member] == MemberStatus::Completed);
+        peaks_k.extend(completed.map(|member| reader.read(traces, member)[0].peak.temperature_k));
     })?;
-    let [low_k, _, median_k, _, high_k] = outcome.peaks[demand.sensor].percentiles_k;
+    peaks_k.sort_by(f64::total_cmp);
+    let count = peaks_k.partition_point(|&peak_k| peak_k <= demand.limit_k);
+    let percentile_k = |percent: f64| match peaks_k.len() {
+        0 => f64::NAN,
+        completed => peaks_k[quantile_rank(completed, percent / 100.0) - 1],
+    };
+    let peak = nominal.margins[0].peak;
     let check = IndependentCheck {
         seed: sampling.seed,
         below_limit: Proportion { count, total: members },
         failed: members - outcome.completed,
-        nominal_k: nominal.peaks[demand.sensor].temperature_k,
-        percentiles_k: [low_k, median_k, high_k],
+        nominal_k: peak.temperature_k,
+        percentiles_k: [2.5, 50.0, 97.5].map(percentile_k),
     };
-    Ok((check, nominal.peaks[demand.sensor]))
+    Ok((check, peak))
 }
 
 #[cfg(test)]

@@ -43,6 +43,9 @@ pub(super) fn hot_face<'a>(
         _ => {
             let temperature = held_face(&section, schedules, true);
             let at = match (section.optional("at"), layup, sensors) {
+                (Some(at), ..) if schedules.references.has_pyrometer() => {
+                    Err(at.error("a pyrometer reads the top of the layup: expected no `at`"))
+                }
                 (Some(at), Some(layup), Some(sensors)) => {
                     held_face_depth_m(at, layup, sensors).map(|depth_m| Some((depth_m, at)))
                 }

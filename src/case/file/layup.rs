@@ -5,6 +5,7 @@ use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
 use crate::case::error::ReadResult;
 use crate::case::layup::{DEPTH_TOLERANCE_M, rounded_mm};
+use crate::case::pyrometer_driver::ObservedFace;
 use crate::case::suggestion::suggestion;
 use crate::case::unit::{Dimension, parse_quantity};
 use crate::case::validation::UniqueNames;
@@ -178,6 +179,25 @@ fn pyrometer(section: &TableReader<'_>) -> ReadResult<Pyrometer> {
     let emissivity = emissivity
         .and_then(|written| written.require(Pyrometer::checked_emissivity(written.quantity(Dimension::Fraction)?)));
     Ok(Pyrometer { spectrum: spectrum?, emissivity: emissivity? })
+}
+
+/// The pyrometer whose readings hold the hot face, and the emissivity of the face.
+pub(super) fn observed_face(written: ValueReader<'_>, is_hot_face: bool) -> ReadResult<ObservedFace> {
+    let section = written.section()?;
+    let pyrometer = pyrometer(&section);
+    let emissivity = section.required("face_emissivity", "the emissivity of the face, such as 0.8");
+    let emissivity = emissivity.and_then(|written| written.quantity(Dimension::Fraction));
+    let deviation = section.required("face_emissivity_deviation", "the standard deviation of it, such as 0.03");
+    let deviation = deviation.and_then(|written| written.quantity(Dimension::Fraction));
+    let surroundings = section.optional("surroundings");
+    let surroundings_k = surroundings.map_or(Ok(300.0), |written| written.quantity(Dimension::Surroundings));
+    section.deny_unknown_keys();
+    let (pyrometer, emissivity, deviation) = (pyrometer?, emissivity?, deviation?);
+    written.require(ObservedFace::check(emissivity, deviation))?;
+    if !is_hot_face {
+        return Err(written.error("a pyrometer looks at the hot face: found one at the back face"));
+    }
+    Ok(ObservedFace { pyrometer, emissivity, deviation, surroundings_k: surroundings_k? })
 }
 
 /// Require a hot face that the pyrometers can read; errors are at the tables of the sensors.

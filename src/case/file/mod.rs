@@ -36,7 +36,9 @@ use super::input_files::InputFiles;
 use super::reading_notes::ReadingNotes;
 use super::renamed_key::RenamedKey;
 use super::unit::Dimension;
-use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor, SmoothedDriver};
+use super::{
+    Case, Exposure, Face, Gas, Layup, Material, PyrometerDriver, Resolution, Schedule, Sensor, SmoothedDriver,
+};
 use crate::limits::{TEXT_FILE_MIB, read_file};
 use exposure::{BackFace, HotFace};
 use files::RecordedFiles;
@@ -113,7 +115,7 @@ impl Case {
 }
 
 /// A case that is not validated yet, and its drivers as measured.
-type ReadCase = (CaseBuilder, Vec<SmoothedDriver>);
+type ReadCase = (CaseBuilder, (Vec<SmoothedDriver>, Option<PyrometerDriver>));
 
 /// Replace keys of a document, and then the old names of keys.
 fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagnostics: &Diagnostics) -> ReadResult<()> {
@@ -128,9 +130,9 @@ fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagno
 fn build(read: ReadResult<ReadCase>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
     let (renamed_keys, unread) = (diagnostics.take_renamed_keys(), diagnostics.take_notes());
     let recorded = diagnostics.take_channels();
-    let (builder, drivers) = diagnostics.into_result(read)?;
+    let (builder, (drivers, pyrometer_driver)) = diagnostics.into_result(read)?;
     Ok(Case {
-        reading_notes: ReadingNotes { renamed_keys, unread, recorded, drivers },
+        reading_notes: ReadingNotes { renamed_keys, unread, recorded, drivers, pyrometer_driver },
         input_files,
         ..builder.build()?
     })

@@ -10,7 +10,7 @@ use super::{gas, material};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
-use crate::case::{Gas, Material, SmoothedDriver, library};
+use crate::case::{Gas, Material, PyrometerDriver, SmoothedDriver, library};
 use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
@@ -22,11 +22,18 @@ pub(super) struct ReferenceResolver<'a> {
     /// Materials read so far: plies of one material share it.
     materials: RefCell<Vec<(String, Arc<Material>)>>,
     drivers: RefCell<Vec<SmoothedDriver>>,
+    pyrometer_driver: RefCell<Option<PyrometerDriver>>,
 }
 
 impl<'a> ReferenceResolver<'a> {
     pub(super) fn new(files: &'a dyn FileSource, diagnostics: &'a Diagnostics) -> Self {
-        Self { files, diagnostics, materials: RefCell::default(), drivers: RefCell::default() }
+        Self {
+            files,
+            diagnostics,
+            materials: RefCell::default(),
+            drivers: RefCell::default(),
+            pyrometer_driver: RefCell::default(),
+        }
     }
 
     /// Keep the temperature of a held face as it was measured.
@@ -34,9 +41,19 @@ impl<'a> ReferenceResolver<'a> {
         self.drivers.borrow_mut().push(driver);
     }
 
-    /// The drivers recorded so far.
-    pub(super) fn into_drivers(self) -> Vec<SmoothedDriver> {
-        self.drivers.into_inner()
+    /// Keep the pyrometer that holds the hot face.
+    pub(super) fn record_pyrometer(&self, driver: PyrometerDriver) {
+        self.pyrometer_driver.replace(Some(driver));
+    }
+
+    /// Whether a pyrometer holds the hot face.
+    pub(super) fn has_pyrometer(&self) -> bool {
+        self.pyrometer_driver.borrow().is_some()
+    }
+
+    /// The drivers recorded so far: those that were smoothed, and the pyrometer.
+    pub(super) fn into_drivers(self) -> (Vec<SmoothedDriver>, Option<PyrometerDriver>) {
+        (self.drivers.into_inner(), self.pyrometer_driver.into_inner())
     }
 
     /// `"pyrogel3350"`: `materials/pyrogel3350.toml` next to the case if it exists, else the built-in material; or

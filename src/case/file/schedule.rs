@@ -2,15 +2,17 @@
 //! file of a trajectory has several of them.
 
 use super::column_choice::{TimeChoice, stated_conversion};
+use super::layup::observed_face;
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
 use super::table_file::{ChosenColumn, Headings, SheetChoice, TableFile, TimeColumn, TimeSeries};
 use crate::case::error::ReadResult;
 use crate::case::layup::DEPTH_TOLERANCE_M;
+use crate::case::pyrometer_driver::ObservedFace;
 use crate::case::smoothed_driver::{SmoothedSeries, smoothed};
 use crate::case::table;
 use crate::case::unit::Dimension;
-use crate::case::{Schedule, SmoothedDriver};
+use crate::case::{PyrometerDriver, Schedule, SmoothedDriver};
 use std::cell::Cell;
 
 /// Times closer than this fraction of the duration are equal, as in a march.
@@ -87,12 +89,13 @@ impl ScheduleReader<'_> {
         self.read_measured(written, dimension, None)
     }
 
-    /// The temperature of a held face; with a key `noise` it is smoothed, and the measured one is recorded.
+    /// The temperature of a held face. With a key `noise` it is smoothed, and the measured one is recorded; with a key
+    /// `pyrometer` it follows from readings.
     pub(super) fn driver(&self, written: ValueReader<'_>, is_hot_face: bool) -> ReadResult<Schedule> {
         self.read_measured(written, Dimension::Temperature, Some(is_hot_face))
     }
 
-    /// [`read`](Self::read), with a key `noise` for the temperature of a held face.
+    /// [`read`](Self::read), with the keys `noise` and `pyrometer` for the temperature of a held face.
     fn read_measured(
         &self,
         written: ValueReader<'_>,
@@ -112,6 +115,8 @@ impl ScheduleReader<'_> {
         let conversion = stated_conversion(&section, dimension);
         let outside = outside(&section, dimension);
         let noise = held_face.and_then(|is_hot_face| Some((is_hot_face, section.optional("noise")?)));
+        let pyrometer = held_face.and_then(|is_hot_face| Some((is_hot_face, section.optional("pyrometer")?)));
+        let observed = pyrometer.map(|(is_hot_face, written)| observed_face(written, is_hot_face)).transpose();
         let noise_k = noise.map(|(_, noise)| noise.positive(Dimension::TemperatureDifference)).transpose();
         section.deny_unknown_keys();
         let of_file = [("column", column), ("time", time), ("unit", unit)];
@@ -140,19 +145,34 @@ impl ScheduleReader<'_> {
             (None, None, None) => Err(section
                 .error("missing key \"file\": expected { file = \"flux.csv\" } or { points = [[\"0 s\", \"…\"], …] }")),
         };
-        let (series, outside) = (series?, outside?);
+        let (series, outside, observed) = (series?, outside?, observed?);
         let (Some(noise_k), Some((is_hot_face, _))) = (noise_k?, noise) else {
-            return self.covering_schedule(series, outside, written, dimension);
+            let readings = self.covering_schedule(series, outside, written, dimension)?;
+            return self.face_k(readings, observed, written);
         };
         let (times_s, values_k) = &series;
         let (samples, found) = (times_s.len(), smoothed(times_s, values_k, noise_k));
         let SmoothedSeries { series: smooth, residual_k, estimated_noise_k, steps_s } = found;
         let corners = smooth.0.len();
         let measured = self.covering_schedule(series, outside, written, dimension)?;
+        let measured = observed.map_or(Ok(measured.clone()), |face| written.require(face.face_k(&measured, 0.0)))?;
         let driver =
             SmoothedDriver { is_hot_face, noise_k, estimated_noise_k, measured, samples, residual_k, corners, steps_s };
         self.references.record_driver(driver);
-        self.covering_schedule(smooth, outside, written, dimension)
+        let readings = self.covering_schedule(smooth, outside, written, dimension)?;
+        self.face_k(readings, observed, written)
+    }
+
+    /// The temperature of a held face, from its schedule or, where a pyrometer observes it, from the readings.
+    fn face_k(
+        &self,
+        readings: Schedule,
+        observed: Option<ObservedFace>,
+        written: ValueReader<'_>,
+    ) -> ReadResult<Schedule> {
+        let Some(face) = observed else { return Ok(readings) };
+        self.references.record_pyrometer(written.require(PyrometerDriver::new(&face, &readings))?);
+        written.require(face.face_k(&readings, 0.0))
     }
 
     /// A schedule whose values are not negative.

@@ -276,20 +276,19 @@ fn quantity(text: &str) -> Result<HeatingQuantity, Failure> {
     named.ok_or_else(|| input(format!("--quantity {text:?}: expected flux, radiant-flux or gas")))
 }
 
-/// The ply to size, and the temperature limit of a sensor.
+/// The ply to size, and the temperature limit of a part.
 pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<SizeOptions, Failure> {
     let SizeArgs { ply, limit, probability, thickness_range } = size;
-    let stated = |sensor: Option<&str>| SizeOptions::with_stated_limit(ply.as_str(), case, sensor);
-    let of_sensor = match limit.as_deref().map(|text| (text, text.split_once('<'))) {
+    let stated = |part: Option<&str>| SizeOptions::with_stated_limit(ply.as_str(), case, part);
+    let of_part = match limit.as_deref().map(|text| (text, text.split_once('<'))) {
         None => stated(None)?,
         Some((text, None)) => stated(Some(text.trim())).map_err(|_| {
-            let expected =
-                "expected SENSOR < TEMPERATURE, such as \"TC4 < 623 K\", or a sensor with a `limit` in the case";
+            let expected = "expected PART < TEMPERATURE, such as \"TC4 < 623 K\", or a part with one limit in the case";
             input(format!("--limit {text:?}: {expected}"))
         })?,
-        Some((_, Some((sensor, limit)))) => {
+        Some((_, Some((part, limit)))) => {
             let limit_k = dimensional(limit.trim_start_matches('='), Dimension::Temperature, "--limit")?;
-            SizeOptions::new(ply.as_str(), sensor.trim(), limit_k)
+            SizeOptions::new(ply.as_str(), part.trim(), limit_k)
         }
     };
     let within_m = match thickness_range.as_deref().map(|text| (text, text.split_once(':'))) {
@@ -303,7 +302,7 @@ pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<Si
             return Err(input(format!("--thickness-range {text:?}: {expected}")));
         }
     };
-    Ok(SizeOptions { probability: *probability, thickness_range_m: within_m, sweep: self::sweep(sweep), ..of_sensor })
+    Ok(SizeOptions { probability: *probability, thickness_range_m: within_m, sweep: self::sweep(sweep), ..of_part })
 }
 
 fn dimensional(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {

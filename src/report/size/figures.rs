@@ -27,7 +27,7 @@ fn thickness_axis(outcome: &Sizing) -> Axis {
 }
 
 fn peaks(answers: &Answers, outcome: &Sizing) -> Figure {
-    let name = &answers.case.sensors[outcome.requirement.sensor].name;
+    let name = super::limited_part(answers, outcome);
     let x: Vec<f64> = outcome.peak_curve.iter().map(|rung| 1e3 * rung.thickness_m).collect();
     let of = |place: usize| -> Vec<f64> {
         let finite = |at_k: f64| if at_k.is_finite() { at_k } else { f64::NAN };

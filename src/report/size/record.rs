@@ -11,7 +11,9 @@ use serde::Serialize;
 #[derive(Serialize)]
 pub(super) struct SizingRecord<'a> {
     ply: &'a str,
-    sensor: &'a str,
+    /// Name and kind (`sensor`, `ply` or `interface`) of the part with the limit.
+    part: String,
+    kind: &'static str,
     limit_k: f64,
     probability: f64,
     thickness_range_m: (f64, f64),
@@ -72,7 +74,8 @@ impl<'a> SizingRecord<'a> {
         let demand = &outcome.requirement;
         Self {
             ply: &demand.ply,
-            sensor: &case.sensors[demand.sensor].name,
+            part: demand.part.name(&case.layup, &case.sensors),
+            kind: demand.part.kind(),
             limit_k: demand.limit_k,
             probability: demand.probability,
             thickness_range_m: outcome.thickness_range_m,

@@ -6,13 +6,14 @@ use crate::session::error::{InputError, SessionError, index_of};
 use crate::study::proportion::min_draws_for_upper_bound;
 use crate::study::size::SizingRequirement;
 
-/// The thickness of a ply that keeps a sensor below a temperature limit.
+/// The thickness of a ply that keeps a part of the layup below a temperature limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SizeOptions {
     /// A ply, or a group whose plies are scaled together.
     pub ply: String,
-    /// The sensor whose peak temperature is limited.
-    pub sensor: String,
+    /// The part whose peak temperature is limited: a sensor, a ply (its hottest point), or an interface, `INS2/GB` (the
+    /// hotter face). A name that several have is that of the sensor.
+    pub part: String,
     /// The limit, K.
     pub limit_k: f64,
     /// The required probability that a member stays below the limit.
@@ -25,10 +26,10 @@ pub struct SizeOptions {
 
 impl SizeOptions {
     /// A limit that 99 % of 5,000 members must stay below.
-    pub fn new(ply: impl Into<String>, sensor: impl Into<String>, limit_k: f64) -> Self {
+    pub fn new(ply: impl Into<String>, part: impl Into<String>, limit_k: f64) -> Self {
         Self {
             ply: ply.into(),
-            sensor: sensor.into(),
+            part: part.into(),
             limit_k,
             probability: 0.99,
             thickness_range_m: None,
@@ -36,24 +37,21 @@ impl SizeOptions {
         }
     }
 
-    /// The limit that a case states for a sensor, which 99 % of 5,000 members must stay below; without a name that of
-    /// the one sensor with a limit.
+    /// The limit that a case states for a part, which 99 % of 5,000 members must stay below; without a name the one
+    /// limit of the case.
     ///
     /// # Errors
-    /// When no sensor, or more than one, has a limit in the case.
-    pub fn with_stated_limit(ply: impl Into<String>, case: &Case, sensor: Option<&str>) -> Result<Self, SessionError> {
-        let limits = case.limits.iter().filter_map(|limit| match limit.part {
-            LimitedPart::Sensor(index) => Some((case.sensors[index].name.as_str(), limit.limit_k)),
-            _ => None,
-        });
-        let stated: Vec<(&str, f64)> = limits.filter(|(name, _)| sensor.is_none_or(|sensor| sensor == *name)).collect();
-        if let [(sensor, limit_k)] = stated[..] {
-            return Ok(Self::new(ply, sensor, limit_k));
+    /// When no such part, or more than one, has a limit in the case.
+    pub fn with_stated_limit(ply: impl Into<String>, case: &Case, part: Option<&str>) -> Result<Self, SessionError> {
+        let limits = case.limits.iter().map(|limit| (limit.part.name(&case.layup, &case.sensors), limit.limit_k));
+        let stated: Vec<(String, f64)> = limits.filter(|(name, _)| part.is_none_or(|part| part == name)).collect();
+        if let [(part, limit_k)] = &stated[..] {
+            return Ok(Self::new(ply, part, *limit_k));
         }
-        let names: Vec<&str> = stated.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = stated.iter().map(|(name, _)| name.as_str()).collect();
         let message = match names.len() {
-            0 => ": no sensor has a `limit` in the case: state one".to_owned(),
-            _ => format!(": several sensors have a `limit` in the case: choose one of {}", names.join(", ")),
+            0 => ": no part has a limit in the case: state one".to_owned(),
+            _ => format!(": several parts have a limit in the case: choose one of {}", names.join(", ")),
         };
         Err(InputError::for_option("limit_k", message).into())
     }
@@ -70,8 +68,10 @@ impl SizeOptions {
         let Self {
             limit_k, probability, thickness_range_m: within_m, sweep: UncertaintyOptions { members, .. }, ..
         } = *self;
-        let names = case.sensors.iter().map(|sensor| sensor.name.as_str());
-        let sensor = index_of(names, &self.sensor, "sensor", "sensor")?;
+        let parts = LimitedPart::all(&case.layup, &case.sensors);
+        let names: Vec<String> = parts.iter().map(|part| part.name(&case.layup, &case.sensors)).collect();
+        let names = names.iter().map(String::as_str);
+        let part = parts[index_of(names, &self.part, "part", "sensor, ply or interface")?];
         if !is_positive(limit_k) {
             return Err(
                 InputError::for_option("limit_k", format!(" {limit_k}: expected a temperature above 0 K")).into()
@@ -97,6 +97,6 @@ impl SizeOptions {
             )
             .into());
         }
-        Ok(SizingRequirement { ply: self.ply.clone(), sensor, limit_k, probability, thickness_range_m: within_m })
+        Ok(SizingRequirement { ply: self.ply.clone(), part, limit_k, probability, thickness_range_m: within_m })
     }
 }

@@ -8,6 +8,7 @@ use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError, march_members};
 use crate::plan::Plan;
+use crate::study::margins::MarginReader;
 use crate::study::nominal::Peak;
 use crate::study::uncertainty::{Failure, failure_reason};
 use crate::study::work_log::WorkLog;
@@ -19,7 +20,6 @@ pub(super) struct ThicknessMarch<'a> {
     pub scalable: ScalableCase,
     plan: Plan,
     march: &'a mut dyn March,
-    sensor: usize,
     limit_k: f64,
     log: &'a mut dyn WorkLog,
     pub marches: usize,
@@ -63,7 +63,7 @@ pub(super) struct RequiredThicknesses {
 }
 
 impl<'a> ThicknessMarch<'a> {
-    /// `log` has a row for each member that is marched.
+    /// `case` has the one limit of the requirement. `log` has a row for each member that is marched.
     pub(super) fn new(
         case: &Case,
         march: &'a mut dyn March,
@@ -72,7 +72,7 @@ impl<'a> ThicknessMarch<'a> {
     ) -> Result<Self, SizeError> {
         let stretched = ScalableCase::new(case, &demand.ply)?;
         let plan = adapt_monitored(&stretched.case, &march.monitor())?;
-        Ok(Self { scalable: stretched, plan, march, sensor: demand.sensor, limit_k: demand.limit_k, log, marches: 0 })
+        Ok(Self { scalable: stretched, plan, march, limit_k: demand.limit_k, log, marches: 0 })
     }
 
     /// Peaks of members at their thicknesses, marched as one ensemble.
@@ -91,10 +91,11 @@ impl<'a> ThicknessMarch<'a> {
             met.push(MemberPeak::of_row(&self.scalable.case, row));
         }
         let members = met.len()..ensemble.len();
+        let reader = MarginReader::new(&self.scalable.case, &self.plan);
         march_members(self.march, &self.plan, &ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 let status = &traces.statuses[member];
-                let mut peak = Peak::of(traces.trace(member, self.sensor), &self.plan.instants_s);
+                let mut peak = reader.read(&traces, member)[0].peak;
                 if *status != MemberStatus::Completed {
                     peak.temperature_k = f64::INFINITY;
                 }
@@ -168,23 +169,22 @@ pub(super) fn guess_thickness_m(curve: &[(f64, Peak)], at_m: f64, lower_k: f64) 
 mod tests {
     use super::super::scalable_case::with_scaled_plies;
     use super::*;
+    use crate::case::{LimitedPart, TemperatureLimit};
     use crate::march::Precision;
     use crate::march::cpu::Cpu;
     use crate::study::nominal::nominal;
     use crate::study::work_log::NoLog;
 
-    /// Nominal peak of a sensor at a thickness ratio: by the thickness factor, and by a case with scaled plies.
-    fn peaks_k(mut case: Case, group: &str, sensor: &str, ratio: f64) -> (f64, f64) {
+    /// Nominal peak of a part at a thickness ratio: by the thickness factor, and by a case with scaled plies.
+    fn peaks_k(mut case: Case, group: &str, part: &str, ratio: f64) -> (f64, f64) {
         case.resolution.cells = 64;
-        let sensor = case.sensors.iter().position(|found| found.name == sensor).expect("a sensor of the case");
+        let parts = LimitedPart::all(&case.layup, &case.sensors);
+        let part = parts.into_iter().find(|found| found.name(&case.layup, &case.sensors) == part);
+        let (part, limit_k) = (part.expect("a part of the case"), 600.0);
+        case.limits = vec![TemperatureLimit { part, limit_k }];
         let mut march = Cpu::new(Precision::F64);
-        let demand = SizingRequirement {
-            ply: group.to_owned(),
-            sensor,
-            limit_k: 600.0,
-            probability: 0.9,
-            thickness_range_m: None,
-        };
+        let demand =
+            SizingRequirement { ply: group.to_owned(), part, limit_k, probability: 0.9, thickness_range_m: None };
         let mut log = NoLog;
         let trial = ThicknessMarch::new(&case, &mut march, &demand, &mut log);
         let mut trial = trial.expect("a ply of the case");
@@ -193,18 +193,23 @@ mod tests {
         let met = trial.peaks(std::iter::once((row, ratio * drawn_m))).expect("a march");
         let anew = with_scaled_plies(&case, &plies, ratio);
         let again = nominal(&anew, &Plan::new(&anew), &mut march).expect("a march");
-        (met[0].peak.temperature_k, again.peaks[sensor].temperature_k)
+        (met[0].peak.temperature_k, again.margins[0].peak.temperature_k)
     }
 
     #[test]
-    fn scaling_by_a_factor_equals_scaling_the_layup_for_sensors_behind_and_within() {
+    fn scaling_by_a_factor_equals_scaling_the_layup_for_parts_behind_and_within() {
         let lcat = || Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
-        for (group, sensor, ratio) in
-            [("INS", "TC4", 1.6), ("INS", "TC3", 1.6), ("INS1", "TC4", 0.5), ("GB", "TC4", 2.0)]
-        {
-            let (stretched_k, drawn_k) = peaks_k(lcat(), group, sensor, ratio);
+        for (group, part, ratio) in [
+            ("INS", "TC4", 1.6),
+            ("INS", "TC3", 1.6),
+            ("INS1", "TC4", 0.5),
+            ("GB", "TC4", 2.0),
+            ("INS", "INS2/GB", 1.6),
+            ("INS", "GB", 1.6),
+        ] {
+            let (stretched_k, drawn_k) = peaks_k(lcat(), group, part, ratio);
             // The two grids distribute 64 cells differently: half a kelvin.
-            assert!((stretched_k - drawn_k).abs() < 0.5, "{group} {sensor}: {stretched_k} and {drawn_k}");
+            assert!((stretched_k - drawn_k).abs() < 0.5, "{group} {part}: {stretched_k} and {drawn_k}");
         }
         let mut within = lcat();
         within.sensors[2].depth_m = 2.5e-3;

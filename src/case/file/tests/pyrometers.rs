@@ -82,3 +82,44 @@ flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }
     assert!(message.contains("the emissivity of ply \"TOP\" changes as it decomposes"), "{message}");
     mixed("emissivity = 0.85").unwrap_or_else(|error| panic!("{error}"));
 }
+
+#[test]
+fn faults_of_a_pyrometer_that_holds_the_hot_face_are_refused() {
+    let flux = r#"kind = "heated"
+flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }"#;
+    let message = |keys: &str, points: &str| {
+        let face = format!(
+            "kind = \"held\"\ntemperature = {{ points = {points}, outside = \"hold\", pyrometer = {{ wavelength = \"1 um\", \
+             emissivity = 0.9, {keys} }} }}"
+        );
+        errors("held-pyrometer", flux, &face).join("\n")
+    };
+    let (steady, known) = ("[[\"0 s\", \"900 K\"]]", "face_emissivity = 0.8, face_emissivity_deviation = 0.05");
+    for (keys, points, expected) in [
+        (
+            "face_emissivity = 0.8",
+            steady,
+            "missing key \"face_emissivity_deviation\": expected the standard deviation of it",
+        ),
+        (
+            "face_emissivity_deviation = 0.1",
+            steady,
+            "missing key \"face_emissivity\": expected the emissivity of the face",
+        ),
+        (
+            "face_emissivity = 1.2, face_emissivity_deviation = 0.1",
+            steady,
+            "expected an emissivity above 0, at most 1, found 1.2",
+        ),
+        ("face_emissivity = 0.1, face_emissivity_deviation = 0.2", steady, "below the emissivity of 0.1, found 0.2"),
+        (&format!("{known}, surroundings = \"1200 K\""), steady, "a reading of 900 K is less than the radiation of"),
+        (&format!("{known}, depth = 1"), steady, "unknown key \"depth\""),
+    ] {
+        let found = message(keys, points);
+        assert!(found.contains(expected), "{expected}: {found}");
+    }
+    let deep = "kind = \"held\"\nat = \"1 mm\"\ntemperature = { points = [[\"0 s\", \"900 K\"]], outside = \"hold\", pyrometer = \
+                { wavelength = \"1 um\", emissivity = 0.9, face_emissivity = 0.8, face_emissivity_deviation = 0.05 } }";
+    let found = errors("deep-pyrometer", flux, deep).join("\n");
+    assert!(found.contains("a pyrometer reads the top of the layup: expected no `at`"), "{found}");
+}

@@ -7,7 +7,7 @@
 //! (Chang and Rhee, Int. Comm. Heat Mass Transfer 11, 1984); T_r follows by Newton's method. The radiant flux of a
 //! heater that the face reflects is not included: its spectrum is not known.
 
-use crate::case::Spectrum;
+use super::pyrometer::Spectrum;
 
 /// Second radiation constant, m K (CODATA 2018).
 const SECOND_RADIATION_CONSTANT_M_K: f64 = 1.438_776_877e-2;
@@ -90,6 +90,20 @@ impl Radiance {
             }
         }
         1.0 / inverse_1_k
+    }
+
+    /// The temperature of a face with this emissivity that an instrument reads as `reading_k`, K: the inverse of
+    /// [`brightness`](Self::brightness). `None` if the face would reflect more than is read.
+    pub(crate) fn face_temperature_k(
+        self,
+        setting: f64,
+        reading_k: f64,
+        emissivity: f64,
+        surroundings: f64,
+    ) -> Option<f64> {
+        let seen = self.logarithm(reading_k) + setting.ln();
+        let reflected = ((1.0 - emissivity).ln() + surroundings - seen).exp();
+        (reflected < 1.0).then(|| self.temperature_k(seen + (-reflected).ln_1p() - emissivity.ln(), reading_k))
     }
 
     /// The reading of an instrument set to an emissivity, of a face at a temperature (K) with an emissivity.
@@ -183,6 +197,23 @@ mod tests {
             let reading_k = radiance.brightness(0.9, 1100.0, 0.7, radiance.logarithm(400.0)).temperature_k;
             let seen = 0.7 * integral(1100.0) + 0.3 * integral(400.0);
             assert!((0.9 * integral(reading_k) / seen - 1.0).abs() < 1e-9, "{shorter_m}: {reading_k} K");
+        }
+    }
+
+    #[test]
+    fn a_reading_gives_back_the_temperature_of_the_face() {
+        for spectrum in [Spectrum::Wavelength(0.9e-6), Spectrum::Wavelength(10e-6), Spectrum::Band(8e-6, 14e-6)] {
+            let radiance = Radiance::new(spectrum);
+            for (temperature_k, emissivity, surroundings_k) in
+                [(1200.0, 0.7, 450.0), (460.0, 0.9, 450.0), (400.0, 0.4, 0.0), (900.0, 1.0, 300.0)]
+            {
+                let surroundings = radiance.logarithm(surroundings_k);
+                let reading_k = radiance.brightness(0.85, temperature_k, emissivity, surroundings).temperature_k;
+                let found_k = radiance.face_temperature_k(0.85, reading_k, emissivity, surroundings);
+                assert!(found_k.is_some_and(|found_k| (found_k / temperature_k - 1.0).abs() < 1e-9), "{found_k:?}");
+            }
+            // A cold reading of a face that reflects hot surroundings is impossible.
+            assert_eq!(radiance.face_temperature_k(0.9, 400.0, 0.5, radiance.logarithm(900.0)), None);
         }
     }
 
