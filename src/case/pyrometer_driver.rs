@@ -52,8 +52,8 @@ impl ObservedFace {
         ))
     }
 
-    /// The temperature of the face, K, from readings, if its emissivity is off by a number of standard deviations, at most
-    /// black.
+    /// The temperature of the face, K, from readings, if its emissivity is off by a number of standard deviations; it
+    /// is at most 1.
     ///
     /// # Errors
     /// The face would reflect more radiation of its surroundings than was read.

@@ -18,8 +18,8 @@ pub struct DriverEmissivity {
     pub changes: Vec<[(f64, f64); 2]>,
 }
 
-/// March the case with the temperature of the face for a lower and a higher emissivity, and compare with the prediction;
-/// `None` if no pyrometer holds the hot face.
+/// March the case with the temperature of the face for a lower and a higher emissivity, and compare with the
+/// prediction; `None` if no pyrometer holds the hot face.
 ///
 /// # Errors
 /// When the device fails.

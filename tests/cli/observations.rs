@@ -173,7 +173,7 @@ fn a_messy_workbook_is_shown_as_it_is_and_its_good_channels_give_the_truth() {
         assert!(channel["later"].as_u64().is_some_and(|later| later <= 1), "{channel}");
         assert!((number(&channel["interval_s"]) - INTERVAL_S).abs() < 1e-9);
     }
-    assert_eq!(channels["TC1"]["missing"].as_u64(), Some(4));
+    assert_eq!(channels["TC1"]["missing"].as_u64(), Some(10));
     let drift = &channels["TC2"];
     assert!((number(&drift["drift_k_min"]) - 9.0).abs() < number(&drift["drift_half_width_k_min"]), "{drift}");
 

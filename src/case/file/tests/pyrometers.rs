@@ -89,8 +89,8 @@ fn faults_of_a_pyrometer_that_holds_the_hot_face_are_refused() {
 flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }"#;
     let message = |keys: &str, points: &str| {
         let face = format!(
-            "kind = \"held\"\ntemperature = {{ points = {points}, outside = \"hold\", pyrometer = {{ wavelength = \"1 um\", \
-             emissivity = 0.9, {keys} }} }}"
+            "kind = \"held\"\ntemperature = {{ points = {points}, outside = \"hold\", pyrometer = {{ wavelength = \
+             \"1 um\", emissivity = 0.9, {keys} }} }}"
         );
         errors("held-pyrometer", flux, &face).join("\n")
     };
@@ -118,8 +118,9 @@ flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }
         let found = message(keys, points);
         assert!(found.contains(expected), "{expected}: {found}");
     }
-    let deep = "kind = \"held\"\nat = \"1 mm\"\ntemperature = { points = [[\"0 s\", \"900 K\"]], outside = \"hold\", pyrometer = \
-                { wavelength = \"1 um\", emissivity = 0.9, face_emissivity = 0.8, face_emissivity_deviation = 0.05 } }";
+    let deep = "kind = \"held\"\nat = \"1 mm\"\ntemperature = { points = [[\"0 s\", \"900 K\"]], outside = \"hold\", \
+                pyrometer = { wavelength = \"1 um\", emissivity = 0.9, face_emissivity = 0.8, \
+                face_emissivity_deviation = 0.05 } }";
     let found = errors("deep-pyrometer", flux, deep).join("\n");
     assert!(found.contains("a pyrometer reads the top of the layup: expected no `at`"), "{found}");
 }
