@@ -96,6 +96,14 @@ pub(super) struct TimeColumn {
     pub(super) offset_s: f64,
 }
 
+impl TimeColumn {
+    /// A time of the clock with the offset, s; 0 where the sum is below their rounding.
+    fn shifted_s(self, clock_s: f64) -> f64 {
+        let time_s = clock_s + self.offset_s;
+        if time_s.abs() <= 4.0 * f64::EPSILON * clock_s.abs() { 0.0 } else { time_s }
+    }
+}
+
 /// How much of a table file must be in order.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Headings<'a> {
@@ -332,7 +340,7 @@ impl TableFile {
     pub(super) fn span(&self, time: TimeColumn, diagnostics: &Diagnostics) -> ReadResult<(usize, (f64, f64))> {
         let (scale, _) = self.seconds(time, diagnostics)?;
         let rows = self.numbers.chunks_exact(self.columns.len()).map(|cells| cells[time.column.index]);
-        let mut times_s = rows.filter(|time| time.is_finite()).map(|cell| cell * scale + time.offset_s);
+        let mut times_s = rows.filter(|time| time.is_finite()).map(|cell| time.shifted_s(cell * scale));
         let first_s = times_s.next().unwrap_or(f64::NAN);
         Ok((self.rows.len(), (first_s, times_s.next_back().unwrap_or(first_s))))
     }
@@ -416,7 +424,7 @@ impl TableFile {
         diagnostics: &Diagnostics,
     ) -> ReadResult<TimeSeries> {
         let seconds = self.seconds(time, diagnostics);
-        let TimeColumn { column: ChosenColumn { index: time, .. }, offset_s } = time;
+        let (times, time) = (time, time.column.index);
         let ChosenColumn { index: column, conversion: stated } = column;
         let value = &self.columns[column];
         if let Some(clock) = &value.clock {
@@ -439,7 +447,7 @@ impl TableFile {
             if cells[column].is_nan() {
                 continue;
             }
-            let (time_s, si_value) = (cells[time] * seconds.0 + offset_s, cells[column] * si.0 + si.1);
+            let (time_s, si_value) = (times.shifted_s(cells[time] * seconds.0), cells[column] * si.0 + si.1);
             let fault = if !time_s.is_finite() {
                 self.not_a_number_error(row, time, diagnostics)
             } else if !si_value.is_finite() {
