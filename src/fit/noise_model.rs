@@ -22,7 +22,7 @@
 //!
 //! Where a trace is only a few τ long, the likelihood of τ is flat over decades, so no single value is inserted:
 //! intervals are quantiles of the mixture over (τ, η) of Student's t with n − p degrees of freedom, weighted by L and a
-//! prior. The prior gives 72 % to white noise, 21 % to the purely exponential process and 7 % to their sum with η
+//! prior. The prior gives 75 % to white noise, 17 % to the purely exponential process and 8 % to their sum with η
 //! uniform. τ has Jeffreys' prior of a first-order autoregression, `dρ/√(1 − ρ²)` with ρ = exp(−Δt/τ), which is proper
 //! (Berger & Yang, Econom. Theory 10, 1994). It approaches the exact reference prior of such processes (Berger, De
 //! Oliveira & Sansó, J. Am. Stat. Assoc. 96, 2001). The three probabilities were chosen by coverage: a larger one for
@@ -38,16 +38,15 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Prior probabilities of white noise and of the purely exponential process; the remainder is that of their sum.
-const WHITE_PRIOR: f64 = 0.72;
-const EXPONENTIAL_PRIOR: f64 = 0.21;
+const WHITE_PRIOR: f64 = 0.75;
+const EXPONENTIAL_PRIOR: f64 = 0.17;
 /// White fractions of the grid, each with the width of the interval of the uniform η that it represents.
 const WHITE_FRACTIONS: [(f64, f64); 8] =
     [(0.0, 0.025), (0.05, 0.075), (0.15, 0.125), (0.3, 0.175), (0.5, 0.2), (0.7, 0.175), (0.85, 0.125), (0.95, 0.1)];
 /// Correlation times of the grid: from this fraction of the shortest gap between samples, below which the noise is
-/// white, to this multiple of the longest trace; and the ratio of neighbours. Longer times than three traces hardly
-/// change the shape of the noise, but with ten traces intervals from a few correlation times are too wide (97.6 %).
+/// white, to this multiple of the longest trace, above which the process is a random walk; and the ratio of neighbours.
 const SHORTEST_TIME_RATIO: f64 = 0.3;
-const LONGEST_TIME_RATIO: f64 = 3.0;
+const LONGEST_TIME_RATIO: f64 = 10.0;
 const TIME_GRID_RATIO: f64 = 1.5;
 /// Posterior probability below which a model is left out of mixtures: all such models together change no quantile by a
 /// thousandth.
