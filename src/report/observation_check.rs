@@ -72,7 +72,6 @@ impl Reportable for ObservationCheck {
         if let Some(hidden @ 1..) = self.channels.len().checked_sub(room.sensors) {
             lines.push(format!("{} in report.html", format::counted(hidden, "more sensor")));
         }
-        lines.extend(drift(answers, self).into_iter().flat_map(|text| wrap("", &text)));
         lines.extend(wrap("", &resampling(answers, self)));
         lines.extend(plot(answers, self).lines().map(str::to_owned));
         lines
