@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Build the book into target/book/html, warnings denied. Python packages go into a virtual environment under target/.
-#   --renew    first renew the generated pages: the command line from clap's help, the verification tables
+#   --renew    first renew the generated pages: the command line from clap's help, the Python package from its docstrings,
+#              the verification tables
 #   --check    the same, and fail if a verification table of the CPU was out of date
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -34,11 +35,13 @@ if "$renew"; then
     program=$target/work/bondline
     "$environment/bin/python" docs/generate/command_line.py "$program"
     "$environment/bin/python" docs/generate/verification.py "$program"
+    "$environment/bin/python" docs/generate/python_api.py
     # Results of a device, and the plot, depend on its driver.
     if "$check" && ! diff -r -x cross-backend.csv -x ratios.svg "$before/verification" docs/verification; then
         fail 'docs/verification was out of date and is renewed: look at the difference'
     fi
 fi
+"$environment/bin/python" docs/generate/python_api.py --check
 "$environment/bin/sphinx-build" -W --keep-going -n -q -j auto -b html -d "$target/book/doctrees" \
     docs "$target/book/html"
 printf 'the book: %s/book/html/index.html\n' "$target"

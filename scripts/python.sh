@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Build the Python package and run its tests. Python packages go into a virtual environment under target/.
 #   --release  build the wheel as it is published, and print its path
+# With BONDLINE_ALL set also what takes minutes or heavier packages: all cases with all commands, a cluster whose workers
+# are killed, all recipes and notebooks of the book.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -18,13 +20,16 @@ command -v python3 >/dev/null || fail 'python3 not found: install Python 3.10 or
 target=${CARGO_TARGET_DIR:-target}
 mkdir -p "$target"
 target=$(cd "$target" && pwd)
-environment=$target/python/environment
 wheels=$target/python/$profile
-if ! cmp -s python/tests/requirements.txt "$environment/requirements.txt"; then
+environment=$target/python/environment requirements=python/tests/requirements.txt
+if [ -n "${BONDLINE_ALL:-}" ]; then
+    environment+=-all requirements=python/tests/requirements-all.txt
+fi
+if ! cat python/tests/requirements*.txt | cmp -s - "$environment/requirements"; then
     python3 -m venv --clear "$environment" ||
         fail 'python3 -m venv failed: on Debian and Ubuntu, apt-get install python3-venv'
-    "$environment/bin/pip" install --quiet --disable-pip-version-check -r python/tests/requirements.txt
-    cp python/tests/requirements.txt "$environment/requirements.txt"
+    "$environment/bin/pip" install --quiet --disable-pip-version-check -r "$requirements"
+    cat python/tests/requirements*.txt >"$environment/requirements"
 fi
 rm -rf "$wheels"
 # Packages of a system are linked to its own libraries; a published wheel is linked to older ones.
@@ -35,4 +40,7 @@ wheel=$(echo "$wheels"/*.whl)
 cd python
 "$environment/bin/mypy" --strict python/bondline tests
 "$environment/bin/python" -m pytest --quiet
+if [ -n "${BONDLINE_ALL:-}" ]; then
+    PATH=$environment/bin:$PATH "$environment/bin/python" -m pytest --quiet --nbmake --nbmake-timeout=1200 ../docs/notebooks
+fi
 printf '%s: %s bytes\n' "$wheel" "$(stat -c %s "$wheel")"

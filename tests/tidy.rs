@@ -278,8 +278,10 @@ fn no_source_is_marked_as_unfinished() {
 
 /// All text files of the repository that people write.
 fn texts() -> Vec<(String, String)> {
-    let folders = ["src", "shaders", "tests", "benches", "scripts", "docs", "cases", "data"];
+    let folders = ["src", "shaders", "tests", "benches", "scripts", "docs", "cases", "data", "python"];
     let mut paths: Vec<String> = folders.iter().flat_map(|folder| files(folder, "")).collect();
+    // Python and its checkers keep what they computed beside the sources.
+    paths.retain(|path| !["__pycache__/", "_cache/"].iter().any(|folder| path.contains(folder)));
     let entries = fs::read_dir(root()).expect("the root is readable").map(|entry| entry.expect("an entry").path());
     let names = entries.filter(|path| path.is_file()).filter_map(|path| path.file_name().map(ToOwned::to_owned));
     paths.extend(names.map(|name| name.to_string_lossy().into_owned()));

@@ -4,7 +4,9 @@ use crate::command::args::{Cli, Command, MarchArgs, convert};
 use crate::errors;
 use crate::question::{self, Answers};
 use crate::work::Watch;
+use bondline::case::FileSource;
 use bondline::session::Options;
+use bondline::study::sweep_piece::fingerprint;
 use bondline::study::thermocouple_residuals::samples;
 use bondline::{Ensemble, Session};
 use clap::Parser;
@@ -12,7 +14,8 @@ use numpy::{IntoPyArray, PyArray, PyArray1, PyArray3, PyArray4, PyArrayMethods, 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pythonize::pythonize;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
+use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
@@ -33,6 +36,11 @@ pub(crate) struct Case {
 impl Case {
     fn new(case: bondline::Case) -> Self {
         Self { case, session: Mutex::new(None) }
+    }
+
+    /// The case of the library.
+    pub(crate) fn library_case(&self) -> &bondline::Case {
+        &self.case
     }
 
     /// Runs `work` on a session with these options of the command. The session stays open for the next call with the
@@ -63,6 +71,19 @@ impl Case {
         let (open, result) = watch.run(py, report, run)??;
         *self.session.lock().unwrap_or_else(PoisonError::into_inner) = Some(open);
         result
+    }
+}
+
+/// The files that a case names, in memory.
+struct MemoryFiles(HashMap<String, Vec<u8>>);
+
+impl FileSource for MemoryFiles {
+    fn read(&self, path: &str) -> io::Result<Vec<u8>> {
+        self.0.get(path).cloned().ok_or_else(|| io::Error::from(ErrorKind::NotFound))
+    }
+
+    fn contains(&self, path: &str) -> bool {
+        self.0.contains_key(path)
     }
 }
 
@@ -126,10 +147,10 @@ impl Case {
     fn from_toml(
         text: &str,
         id: &str,
-        files: HashMap<String, String>,
+        files: HashMap<String, Vec<u8>>,
         overrides: Vec<(String, String)>,
     ) -> PyResult<Self> {
-        let files: BTreeMap<String, String> = files.into_iter().collect();
+        let files = MemoryFiles(files);
         let case = bondline::Case::from_toml_with(text, id, &files, &overrides);
         Ok(Self::new(case.map_err(|error| errors::case_error(&error))?))
     }
@@ -137,6 +158,16 @@ impl Case {
     /// The content of the case.
     fn content<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(pythonize(py, &self.case)?)
+    }
+
+    /// Hash of the content, by which other processes know the case.
+    fn fingerprint(&self) -> String {
+        fingerprint(&self.case)
+    }
+
+    /// Paths of the files that the case was read from, and the SHA-256 of each; the case file is first.
+    fn input_files(&self) -> Vec<(String, String)> {
+        self.case.input_files().iter().map(|file| (file.path.clone(), file.sha256.clone())).collect()
     }
 
     /// What was not read, and keys under old names, one line each.

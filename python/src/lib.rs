@@ -9,6 +9,7 @@ mod case;
 mod command;
 mod errors;
 mod question;
+mod sweep;
 mod work;
 
 use pyo3::exceptions::PyValueError;
@@ -34,12 +35,16 @@ fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<case::Case>()?;
     module.add_class::<question::Answers>()?;
+    module.add_class::<sweep::Merger>()?;
     module.add_function(wrap_pyfunction!(run_command, module)?)?;
     module.add_function(wrap_pyfunction!(to_toml, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::sweep_part, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::check_sweep, module)?)?;
     let py = module.py();
     module.add("BondlineError", py.get_type::<errors::BondlineError>())?;
     module.add("CaseError", py.get_type::<errors::CaseError>())?;
     module.add("OptionError", py.get_type::<errors::OptionError>())?;
     module.add("DeviceError", py.get_type::<errors::DeviceError>())?;
-    module.add("__all__", PyList::new(py, ["Answers", "Case", "run_command", "to_toml"])?)
+    let names = ["Answers", "Case", "Merger", "check_sweep", "run_command", "sweep_part", "to_toml"];
+    module.add("__all__", PyList::new(py, names)?)
 }

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 /// The answers of a question.
 #[pyclass(frozen, module = "bondline._bondline")]
-pub(crate) struct Answers(bondline::session::Answers);
+pub(crate) struct Answers(pub(crate) bondline::session::Answers);
 
 #[pymethods]
 impl Answers {
@@ -150,6 +150,12 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
         Command::History { data, history, .. } => {
             let options = convert::history(data, history).map_err(refused)?;
             session.history(&options).map(drop).map_err(failed)
+        }
+        Command::Observations(_) => session.observations().map(drop).map_err(failed),
+        Command::Twin { twin, data, fit, .. } => {
+            let data_sets = twin.study.ok_or_else(|| PyValueError::new_err("expected a number of data sets"))?;
+            let options = convert::twin_study(twin, data, fit, data_sets).map_err(refused)?;
+            session.twin_study(&options).map(drop).map_err(failed)
         }
         _ => Err(PyValueError::new_err("this command is no question to a case")),
     }

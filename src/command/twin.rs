@@ -6,10 +6,9 @@ use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
 use crate::command::run::{Run, load};
 use bondline::Session;
-use bondline::case::unit::Dimension;
 use bondline::march::Precision;
 use bondline::report;
-use bondline::session::{TwinOptions, TwinStudyOptions};
+use bondline::session::TwinOptions;
 use std::path::{Path, PathBuf};
 
 /// Write the observations of one set of true factors.
@@ -35,9 +34,9 @@ pub(crate) fn write_observations(
     let case = load(&args.case, &args.march)?;
     let options = TwinOptions {
         truth: convert::positive_values(&args.truth, "--truth")?,
-        noise_k: noise_k(args)?.unwrap_or(0.0),
-        correlation_s: correlation_s(args)?,
-        seed: seed(args),
+        noise_k: convert::noise_k(args)?.unwrap_or(0.0),
+        correlation_s: convert::correlation_s(args)?,
+        seed: args.seed.unwrap_or(1),
     };
     options.check(&case)?;
     let of_noise = [args.seed.map(|_| "--seed"), args.correlation_time.as_ref().map(|_| "--correlation-time")];
@@ -75,14 +74,7 @@ pub(crate) fn coverage_study(
     fit: &FitArgs,
     data_sets: usize,
 ) -> Result<Output, Failure> {
-    let options = TwinStudyOptions {
-        observations: convert::observations(data)?,
-        fit: convert::fit(fit)?,
-        noise_k: noise_k(args)?,
-        correlation_s: correlation_s(args)?,
-        seed: seed(args),
-        ..TwinStudyOptions::new(data_sets)
-    };
+    let options = convert::twin_study(args, data, fit, data_sets)?;
     let case_args = CaseArgs {
         case: args.case.clone(),
         out: args.out.clone(),
@@ -97,18 +89,4 @@ pub(crate) fn coverage_study(
     let mut run = Run::open_resumable("twin", &case_args, case, resume)?;
     run.session.twin_study(&options)?;
     run.finish(None)
-}
-
-fn noise_k(args: &TwinArgs) -> Result<Option<f64>, Failure> {
-    let deviation = |text| convert::nonnegative(text, Dimension::TemperatureDifference, "--noise");
-    args.noise.as_deref().map(deviation).transpose()
-}
-
-fn correlation_s(args: &TwinArgs) -> Result<f64, Failure> {
-    let time = |text| convert::nonnegative(text, Dimension::Time, "--correlation-time");
-    args.correlation_time.as_deref().map_or(Ok(0.0), time)
-}
-
-fn seed(args: &TwinArgs) -> u64 {
-    args.seed.unwrap_or(1)
 }

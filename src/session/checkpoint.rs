@@ -3,7 +3,7 @@
 //! study keeps its fits; a posterior and a sizing keep the rows of their [log](crate::study::work_log).
 
 use super::error::{InputError, SessionError};
-use super::merge::difference;
+use super::sweep_merger::difference;
 use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::study::coverage_study::{DataSetFit, kept_fits::KeptFits};
 use crate::study::kept_rows::KeptRows;

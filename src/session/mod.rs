@@ -14,6 +14,8 @@ mod error;
 mod merge;
 mod options;
 mod selection;
+#[cfg(feature = "serde")]
+mod sweep_merger;
 
 pub use crate::march::backend_selection::BackendKind;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
@@ -27,6 +29,8 @@ pub use options::{
     Derivatives, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions,
     SizeOptions, Start, StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
+#[cfg(feature = "serde")]
+pub use sweep_merger::SweepMerger;
 
 use crate::adapt::adapt_monitored;
 use crate::case::{Bounds, Case};

@@ -185,9 +185,15 @@ impl Piece {
         let file = InputFile::new(path.display().to_string(), &bytes);
         let text = String::from_utf8(bytes).map_err(|error| fault(format!("expected UTF-8: {error}")))?;
         let invalid = |reason: String| fault(format!("not a piece file of `uncertainty --members`: {reason}"));
-        let content = unsealed(&text).map_err(invalid)?;
-        let piece = serde_json::from_str(content).map_err(|error| invalid(error.to_string()))?;
-        Ok((piece, file))
+        Ok((Self::from_json(&text).map_err(invalid)?, file))
+    }
+
+    /// The piece with this [JSON text](Self::to_json).
+    ///
+    /// # Errors
+    /// When the text is not that of a piece, or its content does not have its checksum.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        serde_json::from_str(unsealed(text)?).map_err(|error| error.to_string())
     }
 
     /// Checksum of the statistics, which two pieces of the same members have in common.
@@ -199,8 +205,21 @@ impl Piece {
     }
 
     /// The piece without its statistics, which are large.
-    pub(crate) fn without_statistics(self) -> Self {
-        Self { numbers: Vec::new(), kept: BTreeMap::new(), margins: MarginSamples::default(), ..self }
+    pub(crate) fn without_statistics(&self) -> Self {
+        let Self { run, case, draw, backend, members, equal_pieces, failures, nominal, .. } = self;
+        Self {
+            run: run.clone(),
+            case: case.clone(),
+            draw: draw.clone(),
+            backend: backend.clone(),
+            members: members.clone(),
+            equal_pieces: *equal_pieces,
+            failures: failures.clone(),
+            nominal: nominal.clone(),
+            numbers: Vec::new(),
+            kept: BTreeMap::new(),
+            margins: MarginSamples::default(),
+        }
     }
 
     /// Whether both pieces have the same nominal march, to the bit.

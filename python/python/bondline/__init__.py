@@ -9,8 +9,10 @@ from typing import Any
 from bondline._bondline import BondlineError, CaseError, DeviceError, OptionError, __version__
 from bondline._case import Case
 from bondline._results import (
+    Coverage,
     Estimate,
     History,
+    ObservationCheck,
     Prediction,
     Result,
     Sensitivity,
@@ -23,9 +25,11 @@ __all__ = [
     "BondlineError",
     "Case",
     "CaseError",
+    "Coverage",
     "DeviceError",
     "Estimate",
     "History",
+    "ObservationCheck",
     "OptionError",
     "Prediction",
     "Result",

@@ -15,8 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 from bondline import _bondline
 from bondline._options import content, text, words
 from bondline._results import (
+    Coverage,
     Estimate,
     History,
+    ObservationCheck,
     Prediction,
     Result,
     Sensitivity,
@@ -24,6 +26,7 @@ from bondline._results import (
     Study,
     Uncertainty,
 )
+from bondline._source import Disk, Memory
 
 if TYPE_CHECKING:
     import pandas
@@ -42,9 +45,9 @@ class Case:
     one with other values.
     """
 
-    def __init__(self, core: _bondline.Case, remake: Callable[[list[tuple[str, str]]], _bondline.Case]) -> None:
+    def __init__(self, core: _bondline.Case, source: Disk | Memory) -> None:
         self._core = core
-        self._remake = remake
+        self._source = source
         self._overrides: dict[str, str] = {}
         self._session: dict[str, object] = {}
 
@@ -57,10 +60,10 @@ class Case:
         CaseError
             The file, or a file that it names, has errors; the message has a line for each of them.
         """
-        return cls._made(functools.partial(_bondline.Case.load, path))
+        return cls._read(Disk(path))
 
     @classmethod
-    def from_toml(cls, text: str, files: Mapping[str, str] | None = None, id: str = "case") -> Case:
+    def from_toml(cls, text: str, files: Mapping[str, str | bytes] | None = None, id: str = "case") -> Case:
         """Make a case from the text of a case file.
 
         Parameters
@@ -68,11 +71,14 @@ class Case:
         text
             The case file.
         files
-            Texts of the files that it names, by path; files on disk are not read.
+            Contents of the files that it names, by path; files on disk are not read.
         id
             Name of the case in messages and reports.
         """
-        return cls._made(functools.partial(_bondline.Case.from_toml, text, id, dict(files or {})))
+        contents = {
+            path: content.encode() if isinstance(content, str) else content for path, content in (files or {}).items()
+        }
+        return cls._read(Memory(text, id, contents))
 
     @classmethod
     def from_dict(
@@ -80,7 +86,7 @@ class Case:
         case: Mapping[str, Any],
         materials: Mapping[str, Mapping[str, Any]] | None = None,
         observations: pandas.DataFrame | None = None,
-        files: Mapping[str, str] | None = None,
+        files: Mapping[str, str | bytes] | None = None,
         id: str = "case",
     ) -> Case:
         """Make a case from values with the keys of a case file.
@@ -94,11 +100,11 @@ class Case:
         observations
             Measured temperatures, K: one column a sensor, with its name, and the times in s as index. ``nan`` is a gap.
         files
-            Texts of further files that the case names, by path.
+            Contents of further files that the case names, by path.
         id
             Name of the case in messages and reports.
         """
-        found = dict(files or {})
+        found: dict[str, str | bytes] = dict(files or {})
         root = content(case)
         for name, material in (materials or {}).items():
             found[f"materials/{name}.toml"] = _bondline.to_toml(content(material))
@@ -113,8 +119,12 @@ class Case:
             raise _bondline.CaseError(_with_lines(str(error), id, text)) from None
 
     @classmethod
-    def _made(cls, remake: Callable[[list[tuple[str, str]]], _bondline.Case]) -> Case:
-        return cls(remake([]), remake)
+    def _read(cls, source: Disk | Memory) -> Case:
+        return cls(source.read([]), source)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        source, mark = self._source.in_memory(self._core), self._core.fingerprint()
+        return _unpickled, (source, self._overrides, self._session, mark)
 
     def with_(self, changes: Mapping[str, object] | None = None, **more: object) -> Case:
         """The case with other values.
@@ -128,7 +138,7 @@ class Case:
         overrides = self._overrides | {
             name: text(value) for name, value in ({**(changes or {})} | more).items()
         }
-        found = Case(self._remake(list(overrides.items())), self._remake)
+        found = Case(self._source.read(list(overrides.items())), self._source)
         found._overrides, found._session = overrides, self._session
         return found
 
@@ -147,7 +157,7 @@ class Case:
             Part of the name of a Vulkan device.
         """
         given = {"backend": backend, "precision": precision, "device": device}
-        found = Case(self._core, self._remake)
+        found = Case(self._core, self._source)
         found._overrides = self._overrides
         found._session = self._session | {name: value for name, value in given.items() if value is not None}
         return found
@@ -190,6 +200,16 @@ class Case:
     def estimated(self) -> list[str]:
         """Names of the factors that :meth:`residuals` and :meth:`estimate` vary."""
         return [self.factors[place] for place in self._content["estimate"]["factors"]]
+
+    @property
+    def nominal_estimated(self) -> Array:
+        """Nominal values of :attr:`estimated`: a start for minimisers and samplers."""
+        return self.nominal[[self.factors.index(name) for name in self.estimated]]
+
+    @property
+    def has_observations(self) -> bool:
+        """Whether there are samples to compare with."""
+        return bool(self._core.samples(words(self._session)))
 
     @property
     def ndim(self) -> int:
@@ -409,6 +429,25 @@ class Case:
         """The heating of the hot face over time, from the observations (inverse heat conduction)."""
         return self._ask(History, "history", options, progress)
 
+    def observations(self) -> ObservationCheck:
+        """What was read of the measured data: rate, gaps, noise, spikes, stuck and open channels, drift."""
+        return self._ask(ObservationCheck, "observations", {}, False)
+
+    def coverage(self, n: int, progress: ProgressOption = False, **options: object) -> Coverage:
+        """How often the 95 % intervals of estimates contain the truth, over synthetic data sets that are fitted.
+
+        Parameters
+        ----------
+        n
+            Number of data sets, each with random true factors.
+        progress
+            As in :meth:`march`.
+        options
+            Options of the command ``bondline twin --study``: ``noise="2 K"``, ``correlation_time="5 s"``, ``seed``, and
+            those of :meth:`estimate`.
+        """
+        return self._ask(Coverage, "twin", {"study": n} | options, progress)
+
     def _ask(
         self,
         kind: type[_R],
@@ -425,6 +464,15 @@ class Case:
 
     def __repr__(self) -> str:
         return f"<bondline.Case {self.id!r}: {len(self.sensors)} sensors, {len(self.factors)} factors>"
+
+
+def _unpickled(source: Memory, overrides: dict[str, str], session: dict[str, object], mark: str) -> Case:
+    """A case of another process, with all that its files hold."""
+    case = Case(source.read(list(overrides.items())), source)
+    if case._core.fingerprint() != mark:
+        raise _bondline.BondlineError(f"the case {case.id!r} is not the one that was sent: use one version of bondline")
+    case._overrides, case._session = overrides, session
+    return case
 
 
 def _with_lines(message: str, id: str, text: str) -> str:

@@ -126,6 +126,16 @@ class Uncertainty(Prediction):
     """Distribution of the temperatures over the members of a sweep."""
 
     @property
+    def requested(self) -> int:
+        """Members of the whole sweep."""
+        return int(self._part("uncertainty")["requested"])
+
+    @property
+    def completed(self) -> int:
+        """Members that have completed and are counted; fewer than requested where the answer is partial."""
+        return int(self._part("uncertainty")["completed"])
+
+    @property
     def percentiles(self) -> xarray.DataArray:
         """Percentiles of the temperatures, K: sensor × percentile × time."""
         import xarray
@@ -248,8 +258,8 @@ class Estimate(Prediction):
     def to_arviz(self) -> Any:
         """The draws as ``arviz.InferenceData``.
 
-        The thinned draws of all walkers are one chain, so statistics that compare chains do not apply; those of the whole
-        chains are in :meth:`summary`.
+        The thinned draws of all walkers are one chain, so statistics that compare chains do not apply; those of the
+        whole chains are in :meth:`summary`.
         """
         import arviz
 
@@ -266,3 +276,26 @@ class Sizing(Prediction):
 
 class History(Prediction):
     """The heating of the hot face over time."""
+
+
+class ObservationCheck(Result):
+    """What was read of the measured data."""
+
+
+class Coverage(Prediction):
+    """How often the intervals of estimates contain the truth."""
+
+    @property
+    def table(self) -> pandas.DataFrame:
+        """Bias, root mean square error and mean half-width of the intervals of each factor; ``covered`` of ``total``
+        intervals contain the truth."""
+        import pandas
+
+        found = self._part("coverage_study")["factors"]
+        rows = [
+            [factor[name] for name in ("bias", "rms", "half_width")]
+            + [factor["covered"][name] for name in ("count", "total")]
+            for factor in found
+        ]
+        index = pandas.Index([str(factor["name"]) for factor in found], name="factor")
+        return pandas.DataFrame(rows, columns=["bias", "rms", "half_width", "covered", "total"], index=index)

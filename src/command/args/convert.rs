@@ -2,7 +2,7 @@
 
 use crate::command::args::{
     BackendArg, BoundsArg, DerivativeArg, FitArgs, FormatArg, HistoryArgs, MarchArgs, MinimiserArg, ObservationArgs,
-    PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs,
+    PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs, TwinArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
@@ -15,7 +15,7 @@ use bondline::march::backend_selection::{BackendKind, BackendOptions};
 use bondline::report::FigureFormat;
 use bondline::session::{
     Derivatives, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions, SizeOptions, Start,
-    UncertaintyOptions,
+    TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::depth_profiles::ProfileInstants;
 use bondline::study::estimate::PAPER_RULES;
@@ -226,6 +226,35 @@ pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
         starts: fit.starts,
         profiles: fit.profile.clone(),
         max_iterations: fit.max_iterations,
+    })
+}
+
+/// Standard deviation of the noise of synthetic observations, K.
+pub(crate) fn noise_k(twin: &TwinArgs) -> Result<Option<f64>, Failure> {
+    let deviation = |text| nonnegative(text, Dimension::TemperatureDifference, "--noise");
+    twin.noise.as_deref().map(deviation).transpose()
+}
+
+/// Correlation time of that noise, s.
+pub(crate) fn correlation_s(twin: &TwinArgs) -> Result<f64, Failure> {
+    let time = |text| nonnegative(text, Dimension::Time, "--correlation-time");
+    twin.correlation_time.as_deref().map_or(Ok(0.0), time)
+}
+
+/// A coverage study of a number of synthetic data sets.
+pub(crate) fn twin_study(
+    twin: &TwinArgs,
+    data: &ObservationArgs,
+    fit: &FitArgs,
+    data_sets: usize,
+) -> Result<TwinStudyOptions, Failure> {
+    Ok(TwinStudyOptions {
+        observations: observations(data)?,
+        fit: self::fit(fit)?,
+        noise_k: noise_k(twin)?,
+        correlation_s: correlation_s(twin)?,
+        seed: twin.seed.unwrap_or(1),
+        ..TwinStudyOptions::new(data_sets)
     })
 }
 

@@ -1,0 +1,105 @@
+"""A sweep on a cluster of Dask has the answer of one process, to the last bit, also where workers die."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import bondline
+import bondline.dask
+import numpy as np
+import pytest
+from distributed import Client, LocalCluster
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with Client(processes=False, n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as client:
+        yield client
+
+
+def numbers(result: bondline.Result) -> dict[str, Any]:
+    """The nominal march and the sweep, without when and where they ran. NaN is equal to itself as text."""
+    return {name: repr(result.record[name]) for name in ("case", "seed", "nominal", "uncertainty")}
+
+
+def test_pieces_merged_in_a_tree_are_the_sweep_of_one_process(
+    client: Client, slab: bondline.Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = slab.uncertainty(n=3000, seed=5)
+    for pieces, merged, left in [(1, 8, 64), (7, 8, 64), (19, 3, 2)]:
+        monkeypatch.setattr(bondline.dask, "MERGED_PARTS", merged)
+        monkeypatch.setattr(bondline.dask, "CLIENT_PARTS", left)
+        assert numbers(bondline.dask.uncertainty(slab, 3000, 5, client=client, pieces=pieces)) == numbers(whole)
+    assert numbers(bondline.dask.uncertainty(slab, 3000, 6, client=client, pieces=2)) != numbers(whole)
+
+
+def test_a_sweep_shows_the_answer_so_far_with_its_interval(client: Client, slab: bondline.Case) -> None:
+    seen: list[tuple[int, int, float]] = []
+
+    def progress(partial: bondline.Uncertainty) -> None:
+        low, high = partial.peak_percentiles.loc["BACK", [2.5, 97.5]].to_numpy(dtype=float)
+        assert low < high and f"{partial.completed:,} of 4,000 members" in partial.summary()
+        seen.append((partial.completed, partial.requested, high - low))
+
+    found = bondline.dask.uncertainty(slab, 4000, client=client, pieces=8, progress=progress, interval_s=0.0)
+    assert [completed for completed, _, _ in seen] == [500 * (1 + place) for place in range(8)]
+    assert {requested for _, requested, _ in seen} == {4000}
+    assert found.completed == 4000 and "4,000 of 4,000 members" in found.summary()
+
+
+def test_an_exception_of_the_progress_ends_the_sweep(client: Client, slab: bondline.Case) -> None:
+    def progress(partial: bondline.Uncertainty) -> None:
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        bondline.dask.uncertainty(slab, 2000, client=client, pieces=4, progress=progress, interval_s=0.0)
+
+
+def test_wrong_options_are_refused_before_anything_is_sent(client: Client, slab: bondline.Case) -> None:
+    with pytest.raises(bondline.OptionError, match="at least 2 members"):
+        bondline.dask.uncertainty(slab, 1, client=client)
+    with pytest.raises(ValueError, match="expected 1 to 10, the number of members, found 11"):
+        bondline.dask.uncertainty(slab, 10, client=client, pieces=11)
+
+
+def test_chains_of_several_seeds_are_those_of_one_process(client: Client, slab: bondline.Case) -> None:
+    options: dict[str, Any] = {"factors": ["f_k", "f_cp"], "walkers": 8, "mcmc_iterations": 60}
+    found = bondline.dask.posterior(slab, [1, 2], client=client, **options)
+    for chain, seed in enumerate([1, 2]):
+        alone = slab.estimate(posterior=True, seed=seed, **options).draws
+        for name in ("f_k", "f_cp"):
+            count = found[name].shape[1]
+            assert count > 10 and np.array_equal(found[name][chain], alone[name].to_numpy()[:count])
+    assert not np.array_equal(found["f_k"][0], found["f_k"][1])
+
+
+@pytest.mark.skipif("BONDLINE_ALL" not in os.environ, reason="starts processes: BONDLINE_ALL=1 runs it")
+def test_a_sweep_survives_the_death_of_three_of_four_workers(slab: bondline.Case) -> None:
+    members = 200_000
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster, Client(cluster) as client:
+        # Without nannies, which would start them again.
+        command = [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address]
+        options = ["--no-nanny", "--no-dashboard", "--nthreads", "1", "--host", "127.0.0.1"]
+        workers = [subprocess.Popen([*command, *options], stderr=subprocess.DEVNULL) for _ in range(4)]
+        client.wait_for_workers(4, timeout=120)
+        left = list(workers)
+
+        def kill(partial: bondline.Uncertainty) -> None:
+            """Kill a worker after each of the first three answers."""
+            if len(left) > 1:
+                assert partial.completed < members
+                left.pop().kill()
+
+        try:
+            found = bondline.dask.uncertainty(
+                slab, members, 3, client=client, pieces=60, progress=kill, interval_s=0.0
+            )
+            assert len(client.scheduler_info()["workers"]) == 1
+        finally:
+            for worker in workers:
+                worker.kill()
+        assert [worker.wait(60) for worker in workers[1:]] == [-signal.SIGKILL] * 3
+    assert numbers(found) == numbers(slab.uncertainty(n=members, seed=3))
