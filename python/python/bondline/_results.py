@@ -102,7 +102,7 @@ class Result:
             page = self.report(Path(folder) / "report")
             figures = sorted(page.parent.rglob("*.svg"), key=lambda figure: (figure.stem != "nominal", figure.stem))
             chart = figures[0].read_text(encoding="utf-8") if figures else ""
-        return f"<pre>{html.escape(self.summary())}</pre>{chart}"
+        return f"<pre style='font-family: monospace'>{html.escape(self.summary())}</pre>{chart}"
 
 
 class Prediction(Result):
