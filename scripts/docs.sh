@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Build the book into target/book/html, warnings denied. Python packages go into a virtual environment under target/.
-#   --renew    first renew the generated pages: the command line from clap's help, the Python package from its docstrings,
-#              the verification tables
+#   --renew    first renew the generated pages: the command line from clap's help, the Python package from its
+#              docstrings, the verification tables
 #   --check    the same, and fail if a verification table of the CPU was out of date
 set -euo pipefail
 cd "$(dirname "$0")/.."

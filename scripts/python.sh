@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Build the Python package and run its tests. Python packages go into a virtual environment under target/.
 #   --release  build the wheel as it is published, and print its path
-# With BONDLINE_ALL set also what takes minutes or heavier packages: all cases with all commands, a cluster whose workers
-# are killed, all recipes and notebooks of the book.
+# With BONDLINE_ALL set also what takes minutes or heavier packages: all cases with all commands, a cluster whose
+# workers are killed, all recipes and notebooks of the book.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,7 +11,7 @@ fail() { printf 'scripts/python.sh: %s\n' "$*" >&2; exit 1; }
 profile=work
 for option in "$@"; do
     case "$option" in
-        --release) profile=release ;;
+        --release) profile=wheel ;;
         *) fail "unknown option $option: expected --release" ;;
     esac
 done
@@ -41,6 +41,8 @@ cd python
 "$environment/bin/mypy" --strict python/bondline tests
 "$environment/bin/python" -m pytest --quiet
 if [ -n "${BONDLINE_ALL:-}" ]; then
-    PATH=$environment/bin:$PATH "$environment/bin/python" -m pytest --quiet --nbmake --nbmake-timeout=1200 ../docs/notebooks
+    # The kernel of a notebook is the Python that is first in the path.
+    PATH=$environment/bin:$PATH "$environment/bin/python" -m pytest --quiet --nbmake --nbmake-timeout=1200 \
+        ../docs/notebooks
 fi
 printf '%s: %s bytes\n' "$wheel" "$(stat -c %s "$wheel")"

@@ -2,7 +2,8 @@
 # The full check of a change: format, lints, tests, documentation. Installs missing requirements of the tests: the
 # software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
 #   --all    also the slow parts: 300 random cases, 300 mutants of the kernels, 100,000 mutated inputs, 100 kills, 15
-#            races and 50 full disks, slow blocks and verification tables of the documentation, ARM, Miri
+#            races and 50 full disks, slow blocks and verification tables of the documentation, all cases, recipes and
+#            notebooks in Python, a Dask cluster whose workers are killed, a Slurm job array, ARM, Miri
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -93,6 +94,11 @@ say 'Python package'
 cargo clippy --profile work -p bondline-python -- -D warnings
 scripts/python.sh
 if "$all"; then
+    say 'Slurm'
+    command -v slurmctld >/dev/null && command -v slurmd >/dev/null && command -v munged >/dev/null ||
+        install 'Slurm' slurmctld slurmd slurm-client munge
+    cargo build --profile work --bin bondline
+    scripts/slurm.sh
     say 'ARM'
     rustup target add aarch64-unknown-linux-gnu
     cargo check --profile work --target aarch64-unknown-linux-gnu

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 #: Parts that one task merges, and parts that the client merges itself as they come.
 MERGED_PARTS, CLIENT_PARTS = 8, 64
-#: Least members of a part: the statistics are gathered by blocks of this length.
-LEAST_MEMBERS = 1024
+#: Least members of a part, as the text of a part and its merging take as long as marching some 3,000 members.
+LEAST_MEMBERS = 1 << 16
 #: Parts for each worker, so that a slow one does not hold the others up.
 PARTS_PER_WORKER = 8
 
@@ -53,7 +53,7 @@ def uncertainty(
     client
         The client of the cluster.
     pieces
-        Number of pieces; by default eight for each worker, with at least 1,024 members each.
+        Number of pieces; by default eight for each worker, but none of fewer than 65,536 members.
     retries
         How often a task that fails is repeated. A task whose worker dies is repeated as often as the setting
         ``distributed.scheduler.allowed-failures`` of Dask says, three times by default.
