@@ -15,8 +15,9 @@ use crate::case::Observation;
 use crate::study::answers::Answers;
 use crate::study::observation_check::{Channel, Flag, FlagKind, ObservationCheck};
 
-/// Rows of the plot on the screen.
+/// Rows of the plot on the screen, and the fewest.
 const PLOT_ROWS: usize = 8;
+const MIN_PLOT_ROWS: usize = 4;
 /// Points of a curve on page and screen.
 const POINTS: usize = 1000;
 
@@ -189,7 +190,7 @@ fn flags_text(kind: FlagKind, flags: &[&Flag]) -> Option<String> {
             format::significant(first.value_k, 2)
         ),
         FlagKind::Drift => format!(
-            "drift before the start; over the exposure it would be {}, more than the stated standard deviation",
+            "drift before the start, {} over the exposure: more than its sigma",
             format::temperature_change(first.value_k)
         ),
     })
@@ -214,7 +215,10 @@ fn plot(answers: &Answers, outcome: &ObservationCheck) -> String {
         Curve { name: format::truncate(name(answers, channel), 10), points }
     };
     let curves: Vec<Curve> = outcome.channels.iter().map(curve).collect();
-    braille::chart(&curves, PLOT_ROWS, false, "s", |value_k| format!("{} K", format::grouped(value_k, 0)))
+    // Each flagged channel needs a line below.
+    let flagged = outcome.channels.iter().filter(|channel| !channel.flags.is_empty()).count();
+    let rows = PLOT_ROWS.saturating_sub(flagged).max(MIN_PLOT_ROWS);
+    braille::chart(&curves, rows, false, "s", |value_k| format!("{} K", format::grouped(value_k, 0)))
 }
 
 fn figure(answers: &Answers, outcome: &ObservationCheck) -> Figure {
