@@ -1,0 +1,122 @@
+"""The driver of Dakota and PEST++, and the server of UM-Bridge, give the numbers of the arrays."""
+
+import json
+import threading
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import bondline
+import bondline.umbridge
+import numpy as np
+import pytest
+from bondline.driver import drive, main
+from conftest import CASES
+
+PARAMETERS = """\
+ 2 variables
+ 1.02 f_k
+ 0.97 f_cp
+ 2 functions
+ 3 ASV_1:peak_BACK
+ 1 ASV_2:least_sq_term_7
+ 1 derivative_variables
+ 2 DVV_1:f_cp
+ 0 analysis_components
+ 1 eval_id
+"""
+
+
+def test_dakota_gets_values_and_exact_gradients(slab: bondline.Case) -> None:
+    value, residual, gradient = drive(slab, PARAMETERS).splitlines()
+    T, dT = slab.tangents([[1.02, 0.97]])
+    back = slab.sensors.index("BACK")
+    instant = T[0, back].argmax()
+    assert value == f"{float(T[0, back, instant])!r} peak_BACK"
+    assert residual == f"{float(slab.residuals([1.02, 0.97])[6])!r} least_sq_term_7"
+    assert gradient == f"[ {float(dT[0, 1, back, instant])!r} ]"
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (("3 ASV_1", "4 ASV_1"), "expected no_hessians"),
+        (("peak_BACK", "peak_FRONT"), "'peak_FRONT'; expected descriptors such as peak_"),
+        (("0.97 f_cp", "0.97 f_cq"), "no factor is called 'f_cq'"),
+        (("2 functions", "x functions"), "expected a number and a heading, found 'x functions'"),
+        (("1.02 f_k", "nan f_k"), "expected finite numbers"),
+    ],
+)
+def test_a_wrong_request_of_dakota_is_refused(slab: bondline.Case, changed: tuple[str, str], message: str) -> None:
+    with pytest.raises((ValueError, bondline.OptionError), match=message):
+        drive(slab, PARAMETERS.replace(*changed))
+
+
+def test_pest_reads_the_residuals_of_the_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    case = bondline.Case.load(CASES / "lamp-test")
+    folder = tmp_path / "pest"
+    assert main(["--pest", str(folder), str(CASES / "lamp-test")]) == 0
+    control = (folder / "bondline.pst").read_text().splitlines()
+    data = control.index("* observation data"), control.index("* model command line")
+    rows = [line.split() for line in control[data[0] + 1 : data[1]]]
+    (tmp_path / "par").write_text("f_k_INS 1.1\n")
+    assert main([str(CASES / "lamp-test"), str(tmp_path / "par"), str(tmp_path / "out")]) == 0
+    found = dict(line.split() for line in (tmp_path / "out").read_text().splitlines())
+    residuals = [(float(found[name]) - float(value)) * float(weight) for name, value, weight, _ in rows]
+    point = case.nominal_estimated
+    point[case.estimated.index("f_k_INS")] = 1.1
+    assert np.allclose(residuals, case.residuals(point), rtol=1e-9, atol=1e-9)
+    instructions = (folder / "bondline.ins").read_text().splitlines()[1:]
+    assert [line.split("!")[1] for line in instructions] == [name for name, *_ in rows]
+
+    (tmp_path / "par").write_text("f_k_INS many\n")
+    assert main([str(CASES / "lamp-test"), str(tmp_path / "par"), str(tmp_path / "out")]) == 1
+    assert (tmp_path / "out").read_text() == "FAIL\n"
+    assert "expected a name and a number, found 'f_k_INS many'" in capsys.readouterr().err
+
+
+@pytest.fixture
+def address(slab: bondline.Case) -> Iterator[str]:
+    server = bondline.umbridge.server(slab, port=0)
+    assert server.server_address[0] == "127.0.0.1"
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    server.server_close()
+
+
+def post(address: str, path: str, **content: object) -> Any:
+    request = urllib.request.Request(address + path, json.dumps(content).encode())
+    try:
+        with urllib.request.urlopen(request, timeout=30) as answer:
+            return json.load(answer)
+    except urllib.error.HTTPError as error:
+        return json.load(error)
+
+
+def test_um_bridge_gets_values_gradients_and_jacobians(slab: bondline.Case, address: str) -> None:
+    with urllib.request.urlopen(f"{address}/Info", timeout=30) as answer:
+        assert json.load(answer) == {"protocolVersion": 1.0, "models": ["peaks", "residuals"]}
+    x = [1.02, 0.97]
+    residuals, jacobian = slab.residuals(x), slab.jacobian(x)
+    assert post(address, "/InputSizes", name="residuals") == {"inputSizes": [2]}
+    assert post(address, "/OutputSizes", name="residuals") == {"outputSizes": [len(residuals)]}
+    assert post(address, "/Evaluate", name="residuals", input=[x])["output"] == [residuals.tolist()]
+    place = {"outWrt": 0, "inWrt": 0, "input": [x], "name": "residuals"}
+    gradient = post(address, "/Gradient", sens=residuals.tolist(), **place)["output"]
+    assert np.allclose(gradient, residuals @ jacobian)
+    assert np.allclose(post(address, "/ApplyJacobian", vec=[0.0, 1.0], **place)["output"], jacobian[:, 1])
+    peaks = post(address, "/Evaluate", name="peaks", input=[x])["output"]
+    assert peaks == [slab.march([x])[0].max(axis=1).tolist()]
+
+
+def test_um_bridge_names_what_is_wrong(address: str) -> None:
+    wrong: list[tuple[str, dict[str, Any], str]] = [
+        ("/Evaluate", {"name": "peak", "input": [[1.0, 1.0]]}, "no model 'peak': expected peaks, residuals"),
+        ("/Evaluate", {"name": "peaks", "input": [[1.0]]}, "input: expected 2 finite numbers, found [1.0]"),
+        ("/ApplyHessian", {"name": "peaks", "input": [[1.0, 1.0]], "outWrt": 0, "inWrt": 0}, "no /ApplyHessian"),
+    ]
+    for path, content, message in wrong:
+        assert message in post(address, path, **content)["error"]["message"]
