@@ -2,9 +2,11 @@
 
 pub mod marginal;
 pub mod sampling;
+pub mod standard_normal;
 
 pub use marginal::Marginal;
 pub use sampling::Sampling;
+pub use standard_normal::StandardNormalSpace;
 
 use crate::case::{Bounds, Correlation, Factor};
 use sampling::Sampler;

@@ -8,6 +8,7 @@ mod derivatives; // exact derivatives against differences, for every property an
 #[cfg(unix)]
 mod documentation; // README and the book: commands run, case files load
 mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
+mod experiment_design; // designs of tests against twin experiments
 mod factor_selection; // selection of factors to estimate, against the paper
 mod fit; // least squares against certified answers, bounds, identification
 mod flux_inversion; // inverse heat conduction: flux from a thermocouple
@@ -25,6 +26,7 @@ mod outputs; // columns, keys and screens against docs/reference/outputs.md
 mod paper; // the chapter on the figures of the paper
 mod posterior; // posteriors against linear intervals and profiles; prediction of unfitted sensors
 mod pyrometer; // readings by Planck's law; estimates from them
+mod rare_probability; // sampling until an interval is narrow, rare probabilities
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod sensor_convergence; // convergence of sensors beside plies that decompose
 mod session; // sessions against the command; progress, cancellation, invalid options

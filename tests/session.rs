@@ -12,6 +12,7 @@ use bondline::session::{
     ObservationSelection, Options, Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start,
     StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
+use bondline::study::sequential_sampling::PrecisionTarget;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -157,6 +158,10 @@ fn options_of_a_session_equal_those_of_the_command() {
     let twins = TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(3) };
     session.twin_study(&twins).expect("a study of twins");
     same_report(&session, &scratch, &format!("twin {} --study 3 --noise 2K", at("slab")));
+
+    let target = PrecisionTarget::parse("P(BACK > 760 K) ± 20 %", session.case()).expect("a target");
+    session.uncertainty_until(&sweep(5000), &target, &mut |_, _| {}).expect("a probability");
+    same_report(&session, &scratch, &format!("uncertainty {} -n 5000 --until P(BACK>760K)±20%", at("slab")));
 
     let truth = vec![(names[0].clone(), 1.05)];
     let made = session.twin(&TwinOptions { truth, noise_k: 1.0, ..TwinOptions::default() }).expect("a twin");

@@ -106,6 +106,11 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
     let failed = |error| errors::session_error(&error);
     match question {
         Command::Predict { .. } => session.predict().map(drop).map_err(failed),
+        Command::Uncertainty { sweep, until: Some(target), .. } => {
+            let options = convert::sweep(sweep);
+            let target = convert::precision_target(target, session.case()).map_err(refused)?;
+            session.uncertainty_until(&options, &target, &mut |_, _| {}).map(drop).map_err(failed)
+        }
         Command::Uncertainty { sweep, .. } => {
             let options = convert::sweep(sweep);
             let Some(members) = members else { return session.uncertainty(&options).map(drop).map_err(failed) };
@@ -146,6 +151,10 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
         Command::Size { size, sweep, .. } => {
             let options = convert::size(size, sweep, session.case()).map_err(refused)?;
             session.size(&options).map(drop).map_err(failed)
+        }
+        Command::Design { design, .. } => {
+            let options = convert::design(design, Vec::new()).map_err(refused)?;
+            session.design(&options).map(drop).map_err(failed)
         }
         Command::History { data, history, .. } => {
             let options = convert::history(data, history).map_err(refused)?;

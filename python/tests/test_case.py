@@ -131,3 +131,21 @@ def test_a_wrong_option_is_named(slab: bondline.Case) -> None:
         slab.estimate(nope=1)
     with pytest.raises(bondline.OptionError, match="at least 2 members"):
         slab.uncertainty(n=1)
+
+
+def test_a_rare_probability_is_sampled_until_its_interval_is_narrow() -> None:
+    case = bondline.Case.load(CASES / "slab")
+    found = case.uncertainty(n=20_000, until="P(BACK > 770 K) ± 20 %").precision_reached
+    last = found["looks"][-1]
+    assert found["is_reached"] and found["importance"] is not None
+    assert last["low"] < 8.805e-4 < last["high"]  # of 40 million members of the exact solution
+    with pytest.raises(ValueError, match="keep"):
+        case.uncertainty(keep="members", until="BACK P90 ± 2 K")
+
+
+def test_a_design_has_its_depths_and_expected_errors() -> None:
+    case = bondline.Case.load(CASES / "slab")
+    found = case.design(["f_k", "f_cp"], sensors=2, n=20, noise="1 K")
+    assert len(found.depths_m) == 2 and list(found.standard_errors) == ["f_k", "f_cp"]
+    double = case.design(["f_k", "f_cp"], sensors=2, n=20, noise="2 K")
+    assert np.isclose(double.standard_errors["f_k"], 2.0 * found.standard_errors["f_k"])

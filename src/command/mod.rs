@@ -3,6 +3,7 @@
 
 pub(crate) mod args;
 mod completions;
+mod design;
 mod devices;
 mod estimate;
 pub(crate) mod exit;
@@ -62,7 +63,8 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
         Command::Init(init) => init::run(&init),
         Command::Observations(case) => observations::run(&case),
         Command::Predict { case, profiles } => predict::run(&case, &profiles),
-        Command::Uncertainty { case, sweep, resume, profiles, keep, part: None, piece: None } => {
+        Command::Uncertainty { case, sweep, until: Some(target), .. } => uncertainty::run_until(&case, &sweep, &target),
+        Command::Uncertainty { case, sweep, resume, profiles, keep, part: None, piece: None, .. } => {
             uncertainty::run(&case, &sweep, &resume, &profiles, keep)
         }
         Command::Uncertainty { case, sweep, resume, keep, part, piece, .. } => {
@@ -94,6 +96,7 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
             study::run(&case, &sweep, &kept, &data, &fit, &posterior)
         }
         Command::Size { case, size, sweep, resume } => size::run(&case, &size, &sweep, &resume),
+        Command::Design { case, others, design } => design::run(&case, &others, &design),
         Command::History { case, data, history } => history::run(&case, &data, &history),
         Command::Twin { twin, resume, data, fit } => match twin.study {
             None => twin::write_observations(&twin, &resume, &data, &fit),

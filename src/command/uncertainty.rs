@@ -39,6 +39,27 @@ pub(crate) fn run(
     run.finish(too_many_failed(&found.failures, found.members, sweep.max_failed))
 }
 
+/// Draw members until an interval is narrow enough. Exit code 1 if it is not after the largest number of members.
+pub(crate) fn run_until(args: &CaseArgs, sweep: &SweepArgs, target: &str) -> Result<Output, Failure> {
+    let options = convert::sweep(sweep);
+    let case = load(&args.case, &args.march)?;
+    let target = convert::precision_target(target, &case)?;
+    options.check_until(&case, &target)?;
+    let mut run = Run::open("uncertainty", args, case)?;
+    let found = run.session.uncertainty_until(&options, &target, &mut |_, _| {})?;
+    let most = sweep.max_failed.unwrap_or(found.members() / 100);
+    let failure = match (found.failed > most, found.is_reached) {
+        (true, _) => Some(format!("{} members failed, more than the allowed {most}", found.failed)),
+        (_, false) => Some(format!(
+            "the interval is not as narrow as --until states after {} members: raise -n ({})",
+            found.members(),
+            sweep.members
+        )),
+        _ => None,
+    };
+    run.finish(failure)
+}
+
 /// Some members of a sweep.
 pub(crate) struct Part {
     pub members: Range<usize>,

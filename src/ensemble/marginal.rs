@@ -1,7 +1,7 @@
 //! The marginal distribution of one factor.
 
 use super::SamplingKind;
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
 /// The distribution of one factor between its bounds, irrespective of correlation with other factors.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +38,19 @@ impl Marginal {
         };
         // Rounding can exceed a bound by one unit in the last place.
         value.max(self.low).min(self.high)
+    }
+
+    /// Derivative of the value at a standard normal score by the score: that of `quantile(Φ(score))`.
+    pub fn slope_by_score(&self, score: f64) -> f64 {
+        let standard = Normal::standard();
+        match self.normal {
+            Some((below, inside)) => {
+                let own = standard.inverse_cdf(below + standard.cdf(score) * inside);
+                let slope = self.deviation * inside * (0.5 * (own * own - score * score)).exp();
+                if slope.is_finite() { slope } else { 0.0 }
+            }
+            None => (self.high - self.low) * standard.pdf(score),
+        }
     }
 
     /// Cumulative probability of a value; 0.5 for a fixed factor.

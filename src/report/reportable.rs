@@ -103,6 +103,7 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
         shown(&answers.nominal),
         shown(&answers.driver_smoothing),
         shown(&answers.driver_emissivity),
+        shown(&answers.precision_reached),
         shown(&answers.uncertainty),
         shown(&answers.depth_profiles),
         shown(&answers.sensitivity),
@@ -110,6 +111,7 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
         shown(&answers.estimated),
         shown(&answers.sizing),
         shown(&answers.flux_inversion),
+        shown(&answers.experiment_design),
         shown(&answers.coverage_study),
     ];
     each.into_iter().flatten().collect()

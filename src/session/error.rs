@@ -5,6 +5,7 @@ use crate::march::MarchError;
 #[cfg(feature = "report")]
 use crate::report::ReportError;
 use crate::study::estimate::EstimateError;
+use crate::study::experiment_design::DesignError;
 use crate::study::flux_inversion::InversionError;
 use crate::study::model_comparison::ComparisonError;
 use crate::study::posterior::PosteriorError;
@@ -94,7 +95,7 @@ macro_rules! from_study {
     };
 }
 
-from_study!(EstimateError, InversionError, PosteriorError, SizeError, SyntheticDataError);
+from_study!(DesignError, EstimateError, InversionError, PosteriorError, SizeError, SyntheticDataError);
 
 impl From<ComparisonError> for SessionError {
     fn from(error: ComparisonError) -> Self {

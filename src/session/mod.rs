@@ -9,6 +9,7 @@
 mod answers;
 #[cfg(feature = "serde")]
 mod checkpoint;
+mod design;
 mod error;
 #[cfg(feature = "serde")]
 mod merge;
@@ -16,6 +17,7 @@ mod options;
 mod selection;
 #[cfg(feature = "serde")]
 mod sweep_merger;
+mod until;
 
 pub use crate::march::backend_selection::BackendKind;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
@@ -26,8 +28,8 @@ pub use error::{InputError, SessionError};
 #[cfg(feature = "serde")]
 pub use merge::{MissingMembers, merge, missing_members};
 pub use options::{
-    Derivatives, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions,
-    SizeOptions, Start, StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
+    Derivatives, DesignOptions, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options,
+    SensitivityOptions, SizeOptions, Start, StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
 #[cfg(feature = "serde")]
 pub use sweep_merger::SweepMerger;

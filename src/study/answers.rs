@@ -5,6 +5,7 @@ use super::depth_profiles::DepthProfiles;
 use super::driver_emissivity::DriverEmissivity;
 use super::driver_smoothing::DriverSmoothing;
 use super::estimate::ParameterEstimates;
+use super::experiment_design::ExperimentDesign;
 use super::flux_inversion::FluxInversion;
 use super::model_comparison::ModelComparison;
 use super::nominal::Prediction;
@@ -12,6 +13,7 @@ use super::observation_check::ObservationCheck;
 use super::posterior::Posterior;
 use super::run_record::RunRecord;
 use super::sensitivity::Sensitivity;
+use super::sequential_sampling::PrecisionReached;
 use super::size::Sizing;
 use super::timing::Timing;
 use super::uncertainty::Uncertainty;
@@ -24,7 +26,7 @@ use crate::march::Backend;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Answers {
     /// `predict`, `observations`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`,
-    /// `merge`.
+    /// `design`, `merge`.
     pub question: &'static str,
     /// The case, with the options of the question in place of its own settings.
     pub case: Case,
@@ -48,6 +50,8 @@ pub struct Answers {
     pub driver_emissivity: Option<DriverEmissivity>,
     /// The Monte Carlo sweep.
     pub uncertainty: Option<Uncertainty>,
+    /// The percentile or the probability that was sampled until its interval was narrow enough.
+    pub precision_reached: Option<PrecisionReached>,
     /// Profiles through the thickness.
     pub depth_profiles: Option<DepthProfiles>,
     /// The derivatives.
@@ -64,6 +68,8 @@ pub struct Answers {
     pub sizing: Option<Sizing>,
     /// The heating of the hot face, from the inverse problem.
     pub flux_inversion: Option<FluxInversion>,
+    /// The design of an experiment.
+    pub experiment_design: Option<ExperimentDesign>,
     /// Coverage of the intervals over fits to synthetic data sets.
     pub coverage_study: Option<CoverageStudy>,
 }
@@ -83,6 +89,7 @@ impl Answers {
             driver_smoothing: None,
             driver_emissivity: None,
             uncertainty: None,
+            precision_reached: None,
             depth_profiles: None,
             sensitivity: None,
             estimated: None,
@@ -91,6 +98,7 @@ impl Answers {
             model_comparison: None,
             sizing: None,
             flux_inversion: None,
+            experiment_design: None,
             coverage_study: None,
         }
     }

@@ -91,6 +91,12 @@ fn peak_between_instants(plan: &Plan, trace_k: &[f64], is_held: bool) -> (Peak, 
     (Peak { temperature_k: reading.temperature_k + excess_k, time_s }, excess_k)
 }
 
+/// The peak of a sensor, as that of its limit would be.
+pub(crate) fn sensor_peak(plan: &Plan, sensor: usize, trace_k: &[f64]) -> Peak {
+    let is_held = plan.held_readings.iter().any(|held| held.sensor == sensor);
+    peak_between_instants(plan, trace_k, is_held).0
+}
+
 /// Time for which a trace that is linear between instants is above a limit, s.
 fn time_above_s(trace_k: &[f64], instants_s: &[f64], limit_k: f64) -> f64 {
     let pieces = trace_k.windows(2).zip(instants_s.windows(2));
@@ -311,7 +317,7 @@ impl MarginSpread {
 }
 
 /// Rank of a quantile among ordered draws, counted from one: the smallest of which at least this share is not above.
-fn quantile_rank(draws: usize, probability: f64) -> usize {
+pub(crate) fn quantile_rank(draws: usize, probability: f64) -> usize {
     ((probability * draws as f64 - 1e-9).ceil() as usize).clamp(1, draws)
 }
 

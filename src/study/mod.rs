@@ -8,6 +8,7 @@ pub mod depth_profiles;
 pub mod driver_emissivity;
 pub mod driver_smoothing;
 pub mod estimate;
+pub mod experiment_design;
 pub mod flux_inversion;
 #[cfg(feature = "serde")]
 pub(crate) mod kept_rows;
@@ -22,6 +23,7 @@ pub mod proportion;
 pub(crate) mod row_journal;
 pub mod run_record;
 pub mod sensitivity;
+pub mod sequential_sampling;
 pub mod simultaneous_band;
 pub mod size;
 pub mod statistics;

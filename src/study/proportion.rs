@@ -23,11 +23,16 @@ impl Proportion {
     /// 95 % confidence interval of the probability, by Clopper & Pearson (Biometrika 26, 1934). Its coverage is at
     /// least 95 % for any total and any probability.
     pub fn interval_95(self) -> (f64, f64) {
+        self.interval(0.025)
+    }
+
+    /// [`interval_95`](Self::interval_95) for another probability of each tail.
+    pub fn interval(self, tail: f64) -> (f64, f64) {
         let (count, of) = (self.count as f64, self.total as f64);
         // P(X ≥ k) for n draws with probability q is I_q(k, n − k + 1), which rises with q.
         let at_least = |least: f64, q: f64| if least <= 0.0 { 1.0 } else { beta_reg(least, of - least + 1.0, q) };
-        let low = if self.count == 0 { 0.0 } else { bisect(|q| at_least(count, q) - 0.025) };
-        let high = if self.count == self.total { 1.0 } else { bisect(|q| at_least(count + 1.0, q) - 0.975) };
+        let low = if self.count == 0 { 0.0 } else { bisect(|q| at_least(count, q) - tail) };
+        let high = if self.count == self.total { 1.0 } else { bisect(|q| at_least(count + 1.0, q) - (1.0 - tail)) };
         (low, high)
     }
 
@@ -56,9 +61,14 @@ fn bisect(rising: impl Fn(f64) -> f64) -> f64 {
 /// Ranks, counted from one, of the two ordered draws that enclose a quantile with 95 % confidence for any distribution
 /// (David & Nagaraja, *Order Statistics*, 2003, section 7.1); `None` where there are too few draws.
 pub fn quantile_ranks_95(draws: usize, probability: f64) -> (Option<usize>, Option<usize>) {
+    quantile_ranks(draws, probability, 0.025)
+}
+
+/// [`quantile_ranks_95`] for another probability of each tail.
+pub fn quantile_ranks(draws: usize, probability: f64, tail: f64) -> (Option<usize>, Option<usize>) {
     let Ok(binomial) = Binomial::new(probability, draws as u64) else { return (None, None) };
-    let low = usize::try_from(binomial.inverse_cdf(0.025)).unwrap_or(usize::MAX);
-    let high = usize::try_from(binomial.inverse_cdf(0.975)).unwrap_or(usize::MAX).saturating_add(1);
+    let low = usize::try_from(binomial.inverse_cdf(tail)).unwrap_or(usize::MAX);
+    let high = usize::try_from(binomial.inverse_cdf(1.0 - tail)).unwrap_or(usize::MAX).saturating_add(1);
     ((low >= 1).then_some(low), (high <= draws).then_some(high))
 }
 

@@ -2,8 +2,9 @@
 //!
 //! Groups of evidence: closed forms ([`exact`]), observed orders of accuracy ([`orders`]), other codes and standards,
 //! the same problems with adapted cells and steps, balances of heat and mass, certified least-squares problems
-//! ([`least_squares`]), and backends against each other ([`cross_backend`]). Each row names its reference and the
-//! source of its tolerance. A tolerance comes from the reference, never from the march.
+//! ([`least_squares`]), limit states of known probability and designs of known optimum, and backends against each other
+//! ([`cross_backend`]). Each row names its reference and the source of its tolerance. A tolerance comes from the
+//! reference, never from the march.
 //!
 //! Published figures are re-typed under `data/verification`. Cylinders and spheres are out of scope: the march is
 //! planar.
@@ -13,12 +14,14 @@ mod balances;
 pub mod cross_backend;
 pub mod exact;
 pub mod least_squares;
+mod optimal_design;
 pub mod orders;
 pub mod problem;
 mod problem_materials;
 pub mod problems;
 pub mod random_case;
 mod reference;
+mod reliability;
 
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
@@ -38,7 +41,7 @@ pub enum Group {
     Adapted,
     /// Balances of heat and mass: inflow less outflow less storage.
     Balance,
-    /// The minimiser against problems with known optima.
+    /// The minimiser against problems with known optima, and reliability and designs against known answers.
     Fit,
     /// Backends, precisions and derivatives against the CPU in double precision.
     CrossBackend,
@@ -132,7 +135,11 @@ pub fn verification_rows(
             Group::Adapted => rows.extend(adapted::adapted_rows(march)?),
             Group::Orders => rows.extend(orders::order_rows(march)?),
             Group::Balance => rows.extend(balances::balance_rows(march)?),
-            Group::Fit => rows.extend(least_squares::verification_rows()),
+            Group::Fit => {
+                rows.extend(least_squares::verification_rows());
+                rows.extend(reliability::reliability_rows());
+                rows.extend(optimal_design::optimal_design_rows());
+            }
             Group::CrossBackend => rows.extend(cross_backend::cross_backend_rows(marches)?),
         }
     }

@@ -98,9 +98,9 @@ fn run_args<S: AsRef<OsStr>>(scratch: &Scratch, arguments: &[S]) -> CommandResul
     wait_for(command(scratch).args(arguments))
 }
 
-/// Run the binary in a folder with arguments separated by blanks.
+/// Run the binary in a folder with arguments separated by blanks. A no-break space is part of an argument.
 pub(crate) fn run(scratch: &Scratch, words: &str) -> CommandResult {
-    run_args(scratch, &words.split_whitespace().collect::<Vec<_>>())
+    run_args(scratch, &words.split_ascii_whitespace().collect::<Vec<_>>())
 }
 
 /// Run the binary where no Vulkan driver can be found.

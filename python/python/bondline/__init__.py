@@ -10,6 +10,7 @@ from bondline._bondline import BondlineError, CaseError, DeviceError, OptionErro
 from bondline._case import Case
 from bondline._results import (
     Coverage,
+    Design,
     Estimate,
     History,
     ObservationCheck,
@@ -26,6 +27,7 @@ __all__ = [
     "Case",
     "CaseError",
     "Coverage",
+    "Design",
     "DeviceError",
     "Estimate",
     "History",

@@ -16,6 +16,7 @@ from bondline import _bondline
 from bondline._options import content, text, words
 from bondline._results import (
     Coverage,
+    Design,
     Estimate,
     History,
     ObservationCheck,
@@ -391,10 +392,14 @@ class Case:
         progress
             As in :meth:`march`.
         options
-            Options of the command ``bondline uncertainty``: ``sampling``, ``sampling_bounds``.
+            Options of the command ``bondline uncertainty``: ``sampling``, ``sampling_bounds``, and ``until``, such as
+            ``"TC4 P99 ± 2 K"`` or ``"P(TC4 > 623 K) ± 10 %"``, which draws at most ``n`` members:
+            :attr:`Uncertainty.precision_reached`.
         """
         if keep not in (None, "members"):
             raise ValueError(f"keep: expected 'members' or None, found {keep!r}")
+        if keep is not None and "until" in options:
+            raise ValueError("keep: members are not kept with until")
         given = {"seed": seed} | options
         kept = keep is not None
         return self._ask(Uncertainty, "uncertainty", given, progress, keeps_members=kept, first=["-n", str(n)])
@@ -424,6 +429,23 @@ class Case:
     ) -> Sizing:
         """The thickness of a ply for a temperature limit such as ``"TC4 < 623 K"``."""
         return self._ask(Sizing, "size", {"ply": ply, "limit": limit} | options, progress, first=["-n", str(n)])
+
+    def design(
+        self,
+        estimate: Sequence[str],
+        sensors: int = 4,
+        n: int = 1000,
+        progress: ProgressOption = False,
+        **options: object,
+    ) -> Design:
+        """The depths of thermocouples and the run length from which factors are estimated best.
+
+        Options are those of the command ``bondline design``: ``criterion``, ``worst=True``, ``target``, ``grid``,
+        ``least_distance="0.5 mm"``, ``position_tolerance``, ``sampling``, ``noise``, ``run_lengths=["60s", "200s"]``,
+        ``seed`` and ``sampling_bounds``.
+        """
+        given = {"estimate": list(estimate), "sensors": sensors} | options
+        return self._ask(Design, "design", given, progress, first=["-n", str(n)])
 
     def history(self, progress: ProgressOption = False, **options: object) -> History:
         """The heating of the hot face over time, from the observations (inverse heat conduction)."""

@@ -136,6 +136,13 @@ class Uncertainty(Prediction):
         return int(self._part("uncertainty")["completed"])
 
     @property
+    def precision_reached(self) -> dict[str, Any]:
+        """The percentile or probability of ``until``: its ``target``, the ``looks`` at its interval, whether it
+        ``is_reached``, and the ``importance`` sampling of a rare probability, after which there is no sweep.
+        """
+        return self._part("precision_reached")
+
+    @property
     def percentiles(self) -> xarray.DataArray:
         """Percentiles of the temperatures, K: sensor × percentile × time."""
         import xarray
@@ -272,6 +279,23 @@ class Study(Uncertainty, Sensitivity, Estimate):
 
 class Sizing(Prediction):
     """The thickness of a ply that holds a temperature limit."""
+
+
+class Design(Prediction):
+    """The depths of thermocouples from which factors are estimated best."""
+
+    @property
+    def depths_m(self) -> Array:
+        """The depths of the best design, m."""
+        best = self._part("experiment_design")["scenarios"][0]
+        return np.array([best["candidates"][index]["depth_m"] for index in best["designs"][0]["candidates"]])
+
+    @property
+    def standard_errors(self) -> dict[str, float]:
+        """The expected standard error of each factor."""
+        found = self._part("experiment_design")
+        errors = found["scenarios"][0]["designs"][0]["standard_errors"]
+        return dict(zip(found["request"]["factors"], errors, strict=True))
 
 
 class History(Prediction):

@@ -33,6 +33,16 @@ pub(crate) enum SamplingArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CriterionArg {
+    /// Determinant of the covariance of the factors: the volume of their confidence region
+    D,
+    /// Sum of the variances of the factors, in units of their priors
+    A,
+    /// Variance of the predicted peak of the target
+    I,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum BoundsArg {
     /// The key `small` of each factor
     Small,

@@ -1,8 +1,9 @@
 //! Conversion of command-line arguments to options of the library.
 
 use crate::command::args::{
-    BackendArg, BoundsArg, DerivativeArg, FitArgs, FormatArg, HistoryArgs, MarchArgs, MinimiserArg, ObservationArgs,
-    PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs, SweepArgs, TwinArgs,
+    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DesignArgs, FitArgs, FormatArg, HistoryArgs, MarchArgs,
+    MinimiserArg, ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs,
+    SweepArgs, TwinArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
@@ -10,17 +11,19 @@ use bondline::case::unit::{Dimension, parse_quantity};
 use bondline::case::{Bounds, Case, LossFunction};
 use bondline::ensemble::{self, Sampling};
 use bondline::fit::DampingStrategy;
+use bondline::fit::optimal_design::{Criterion, Robustness};
 use bondline::march::Precision;
 use bondline::march::backend_selection::{BackendKind, BackendOptions};
 use bondline::report::FigureFormat;
 use bondline::session::{
-    Derivatives, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions, SizeOptions, Start,
-    TwinStudyOptions, UncertaintyOptions,
+    Derivatives, DesignOptions, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions,
+    SizeOptions, Start, TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::depth_profiles::ProfileInstants;
 use bondline::study::estimate::PAPER_RULES;
 use bondline::study::flux_inversion::{HeatingQuantity, Smoothing};
 use bondline::study::posterior::Walkers;
+use bondline::study::sequential_sampling::PrecisionTarget;
 use bondline::study::sweep_piece;
 use std::ops::Range;
 
@@ -171,6 +174,11 @@ pub(crate) fn sweep(sweep: &SweepArgs) -> UncertaintyOptions {
     let Sampling { kind, seed } = sampling(sweep);
     let bounds = sweep.sampling_bounds.map_or(Bounds::Small, bounds);
     UncertaintyOptions { members: sweep.members, sampling: kind, seed, bounds }
+}
+
+/// The target of `--until`.
+pub(crate) fn precision_target(text: &str, case: &Case) -> Result<PrecisionTarget, Failure> {
+    PrecisionTarget::parse(text, case).map_err(|message| input(format!("--until {text:?}: {message}")))
 }
 
 /// The times of profiles through the thickness, checked for a case.
@@ -332,6 +340,37 @@ pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<Si
         }
     };
     Ok(SizeOptions { probability: *probability, thickness_range_m: within_m, sweep: self::sweep(sweep), ..of_part })
+}
+
+/// The design of an experiment, with other cases as alternative exposures.
+pub(crate) fn design(design: &DesignArgs, others: Vec<Case>) -> Result<DesignOptions, Failure> {
+    let length = |text: &str, option| nonnegative(text, Dimension::Length, option);
+    let run_length = |text: &str| dimensional(text, Dimension::Time, "--run-lengths");
+    let run_lengths = design.run_lengths.iter().flat_map(|text| text.split(','));
+    Ok(DesignOptions {
+        others,
+        grid_m: design.grid.as_deref().map(|text| dimensional(text, Dimension::Length, "--grid")).transpose()?,
+        least_distance_m: length(&design.least_distance, "--least-distance")?,
+        position_tolerance_m: length(&design.position_tolerance, "--position-tolerance")?,
+        sampling_s: design
+            .sampling
+            .as_deref()
+            .map(|text| dimensional(text, Dimension::Time, "--sampling"))
+            .transpose()?,
+        noise_k: dimensional(&design.noise, Dimension::TemperatureDifference, "--noise")?,
+        run_lengths_s: run_lengths.map(run_length).collect::<Result<_, _>>()?,
+        criterion: match design.criterion {
+            CriterionArg::D => Criterion::D,
+            CriterionArg::A => Criterion::A,
+            CriterionArg::I => Criterion::I,
+        },
+        robustness: if design.worst { Robustness::Worst } else { Robustness::Mean },
+        target: design.target.clone(),
+        members: design.members,
+        seed: design.seed,
+        bounds: design.sampling_bounds.map_or(Bounds::Small, bounds),
+        ..DesignOptions::new(trimmed(&design.estimate), design.sensors)
+    })
 }
 
 fn dimensional(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {

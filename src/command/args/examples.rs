@@ -46,6 +46,11 @@ Examples:
   bondline uncertainty cases/slab -n 1024 --sampling sobol \\
     --sampling-bounds large --keep members
 
+  # Until the 95th percentile of the peak of TC4 is known to 8 K, and the
+  # probability of a rare temperature to a tenth of it
+  bondline uncertainty cases/lcat-2259 --until \"TC4 P95 ± 8 K\"
+  bondline uncertainty cases/slab --until \"P(BACK>775 K) ± 10 %\"
+
   # Half of a sweep, for `merge`
   bondline uncertainty cases/slab -n 1000 --members 0..500 --out parts";
 
@@ -96,6 +101,15 @@ Examples:
   # The same, between stated thicknesses
   bondline size cases/lamp-test --ply INS --limit \"TC3 < 425 K\" \\
     --probability 0.95 -n 500 --thickness-range \"2 mm:12 mm\"";
+
+pub(super) const DESIGN: &str = "\
+Examples:
+  bondline design cases/lcat-2259 --estimate f_k_INS,f_cp_INS,f_k_OF -n 200
+
+  # Two thermocouples, placed to a quarter of a millimetre, in a shorter run too,
+  # for the prediction of TC4
+  bondline design cases/lcat-2259 --estimate f_k_INS,f_cp_INS --sensors 2 \\
+    --position-tolerance \"0.25 mm\" --run-lengths 80s,200s --criterion i -n 200";
 
 pub(super) const HISTORY: &str = "\
 Examples:

@@ -2,6 +2,7 @@
 
 mod choices;
 pub(crate) mod convert;
+mod design;
 mod examples;
 mod fit;
 mod history;
@@ -13,9 +14,10 @@ mod sweep;
 mod twin;
 
 pub(crate) use choices::{
-    BackendArg, BoundsArg, DerivativeArg, DirectionArg, FormatArg, KeepArg, MinimiserArg, OutsideArg, PatoHeatArg,
-    PrecisionArg, PriorArg, SamplingArg, TemplateArg,
+    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DirectionArg, FormatArg, KeepArg, MinimiserArg, OutsideArg,
+    PatoHeatArg, PrecisionArg, PriorArg, SamplingArg, TemplateArg,
 };
+pub(crate) use design::DesignArgs;
 pub(crate) use fit::{FitArgs, ObservationArgs, PosteriorArgs};
 pub(crate) use history::HistoryArgs;
 pub(crate) use import::{ImportCommand, PatoArgs, RecordArgs, TableArgs};
@@ -70,6 +72,14 @@ pub(crate) enum Command {
         resume: ResumeArgs,
         #[command(flatten)]
         profiles: ProfileArgs,
+        /// Draw members, at most -n, until a 95 % interval is as narrow as "TC4 P99 ± 2 K", "P(TC4 > 623 K) ± 0.001"
+        /// or "P(TC4 > 623 K) ± 10 %"; +- is ± too
+        #[arg(
+            long,
+            value_name = "TARGET",
+            conflicts_with_all = ["part", "piece", "keep", "resume", "checkpoint_interval", "depth_profiles"]
+        )]
+        until: Option<String>,
         /// Write a Parquet file with every member
         #[arg(long, value_enum)]
         keep: Option<KeepArg>,
@@ -153,6 +163,17 @@ pub(crate) enum Command {
         sweep: SweepArgs,
         #[command(flatten)]
         resume: ResumeArgs,
+    },
+    /// The next experiment: depths of thermocouples, exposure and run length for the smallest standard errors
+    #[command(after_long_help = examples::DESIGN)]
+    Design {
+        #[command(flatten)]
+        case: CaseArgs,
+        /// Further cases as alternative exposures of the same factors
+        #[arg(value_name = "CASE")]
+        others: Vec<PathBuf>,
+        #[command(flatten)]
+        design: DesignArgs,
     },
     /// Heating of the hot face over time, from thermocouples (inverse heat conduction)
     #[command(after_long_help = examples::HISTORY)]

@@ -1,5 +1,6 @@
 //! Options of a session and of its studies. Every default is that of the command.
 
+mod design;
 mod estimate;
 mod history;
 mod sensitivity;
@@ -8,6 +9,7 @@ mod study;
 mod twin;
 mod uncertainty;
 
+pub use design::DesignOptions;
 pub use estimate::{EstimateOptions, FitOptions, Start};
 pub use history::HistoryOptions;
 pub use sensitivity::{Derivatives, SensitivityOptions};

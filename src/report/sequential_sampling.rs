@@ -1,0 +1,364 @@
+//! A percentile or a probability that was sampled until its interval was narrow enough.
+
+use super::figure::{Axis, Figure, Ink, Layer, Stroke};
+use super::figures::line;
+use super::files::json::{JsonObject, OrderedMap};
+use super::files::table::{CsvTable, NamedFile};
+use super::html::table::{list, table};
+use super::reportable::{Finding, Reportable, ScreenLimits, Section};
+use super::terminal::wrap;
+use super::{ReportError, format};
+use crate::study::answers::Answers;
+use crate::study::sequential_sampling::{HalfWidth, Importance, Look, MIN_EFFECTIVE, PrecisionReached, TargetQuantity};
+use serde::Serialize;
+
+impl Reportable for PrecisionReached {
+    fn comes_first(&self) -> bool {
+        true
+    }
+
+    fn uses_observations(&self) -> bool {
+        false
+    }
+
+    fn facts(&self) -> Vec<String> {
+        let how = if self.importance.is_some() { " by importance sampling" } else { "" };
+        vec![format!("{}{how}", format::counted(self.members(), "member"))]
+    }
+
+    fn findings(&self, answers: &Answers) -> Vec<Finding> {
+        let label = if is_percentile(self) { "Percentile" } else { "Probability" };
+        let point = self.importance.as_ref().map(|importance| Finding {
+            label: "Most probable combination",
+            text: most_probable(answers, self, importance),
+        });
+        std::iter::once(Finding { label, text: result(answers, self) }).chain(point).collect()
+    }
+
+    fn warnings(&self, answers: &Answers) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if !self.is_reached {
+            let few = self.importance.as_ref().map(|importance| importance.estimate.effective_exceeding());
+            let few = few.filter(|found| *found < MIN_EFFECTIVE).map_or(String::new(), |found| {
+                format!(
+                    " The members above the limit have the information of {} of equal weight, {} are needed.",
+                    format::significant(found, 2),
+                    MIN_EFFECTIVE
+                )
+            });
+            warnings.push(format!(
+                "The interval is not within {} after {}: raise the largest number of members, {}.{few}",
+                half_width_text(self.target.half_width, is_percentile(self)),
+                format::counted(self.members(), "member"),
+                format::count(self.max_members)
+            ));
+        }
+        if self.failed > 0 {
+            warnings.push(format!(
+                "{} failed; in the {} they count as above every temperature.",
+                format::counted(self.failed, "member"),
+                quantity_text(answers, self)
+            ));
+        }
+        warnings
+    }
+
+    fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
+        vec![("precision", figure(answers, self))]
+    }
+
+    fn sections(&self, answers: &Answers) -> Vec<Section> {
+        let title = if is_percentile(self) { "Percentile" } else { "Probability" };
+        vec![Section::new("precision", title, page(answers, self))]
+    }
+
+    fn methods(&self, _: &Answers) -> Vec<String> {
+        let sequential = "Sequential sampling: the interval is computed after 500 members and whenever their number \
+                          has grown by a quarter, each time at 96 %, so that it covers at least 95 % although its \
+                          width ends the sampling (Frey, Am. Stat. 64, 2010)."
+            .to_owned();
+        let interval = match (&self.importance, is_percentile(self)) {
+            (Some(_), _) => {
+                "Importance sampling: nine tenths of the members are drawn about the design point, the most probable \
+                 combination of factors that reaches the temperature, found from exact derivatives (Zhang & Der \
+                 Kiureghian, 1995); a tenth is drawn plainly, so that no weight exceeds ten (Hesterberg, Technometrics \
+                 37, 1995). The estimate is unbiased, and the interval is that of the weighted members. A second, \
+                 distant combination that reaches the temperature is found by the plain members alone."
+            }
+            (None, true) => "The interval of a percentile is that of order statistics, valid for any distribution.",
+            (None, false) => "The interval of a probability is that of Clopper and Pearson.",
+        };
+        vec![sequential, interval.to_owned()]
+    }
+
+    fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
+        let mut table = CsvTable::new("looks.csv", ["members", "estimate", "low", "high"])?;
+        for look in &self.looks {
+            let ends = [look.low.unwrap_or(f64::NAN), look.high.unwrap_or(f64::NAN)];
+            table.row(None, [look.members as f64, look.estimate].into_iter().chain(ends))?;
+        }
+        Ok(vec![table.finish()?])
+    }
+
+    fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
+        record.put("precision_reached", &Record::of(answers, self))
+    }
+
+    fn screen(&self, answers: &Answers, _: &ScreenLimits) -> Vec<String> {
+        let point = self.importance.as_ref().map(|importance| most_probable(answers, self, importance));
+        std::iter::once(result(answers, self)).chain(point).flat_map(|text| wrap("", &text)).collect()
+    }
+}
+
+fn is_percentile(found: &PrecisionReached) -> bool {
+    matches!(found.target.quantity, TargetQuantity::Percentile(_))
+}
+
+/// `P99 of the peak of TC4`, `P(TC4 > 623 K)`.
+fn quantity_text(answers: &Answers, found: &PrecisionReached) -> String {
+    let sensor = &answers.case.sensors[found.target.sensor].name;
+    match found.target.quantity {
+        TargetQuantity::Percentile(probability) => {
+            format!("P{} of the peak of {sensor}", format::trim_zeros(format::grouped(100.0 * probability, 4)))
+        }
+        TargetQuantity::Exceedance { temperature_k } => {
+            format!("P({sensor} > {} K)", format::trim_zeros(format::grouped(temperature_k, 2)))
+        }
+    }
+}
+
+fn half_width_text(half_width: HalfWidth, is_percentile: bool) -> String {
+    match half_width {
+        HalfWidth::Absolute(most) if is_percentile => {
+            format!("± {} K", format::trim_zeros(format::significant(most, 3)))
+        }
+        HalfWidth::Absolute(most) => format!("± {}", format::trim_zeros(format::significant(most, 3))),
+        HalfWidth::Relative(share) => format!("± {} of it", format::percent_near_limits(share)),
+    }
+}
+
+/// A percentile in K, to a tenth of the half-width; a probability, to three digits.
+fn value_text(found: &PrecisionReached, value: f64) -> String {
+    if !is_percentile(found) {
+        return format::significant(value, 3);
+    }
+    let width_k = found.last().map_or(1.0, Look::half_width);
+    format::grouped(value, if width_k < 1.0 { 2 } else { 1 })
+}
+
+/// `995.0 to 1,003.2`; `unknown` for an end with too few members.
+fn interval_text(found: &PrecisionReached, look: &Look) -> String {
+    let end = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| value_text(found, value));
+    format!("{} to {}", end(look.low), end(look.high))
+}
+
+fn result(answers: &Answers, found: &PrecisionReached) -> String {
+    let Some(look) = found.last() else {
+        return format!("{}: stopped before the first look.", quantity_text(answers, found));
+    };
+    let (unit, sign) = if is_percentile(found) { (" K", ":") } else { ("", " =") };
+    let method = if found.importance.is_some() { " of importance sampling" } else { "" };
+    let wanted = half_width_text(found.target.half_width, is_percentile(found));
+    let reached = if found.is_reached { "within" } else { "NOT within" };
+    let plain = found.importance.as_ref().filter(|importance| importance.estimate.exceeding > 0).map(|importance| {
+        format!(
+            " Plain sampling would take {} members for this interval.",
+            format::significant(importance.estimate.equivalent_members(), 2)
+        )
+    });
+    format!(
+        "{}{sign} {}{unit}, 95 % interval {}{unit}: {reached} {wanted}, from {}{method}.{}",
+        quantity_text(answers, found),
+        value_text(found, look.estimate),
+        interval_text(found, look),
+        format::counted(look.members, "member"),
+        plain.unwrap_or_default()
+    )
+}
+
+/// Factors by importance: index and share.
+fn by_importance(importance: &Importance) -> Vec<(usize, f64)> {
+    let squares = importance.design_point.direction.iter().map(|by| by * by);
+    let mut shares: Vec<(usize, f64)> = squares.enumerate().collect();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    shares
+}
+
+fn most_probable(answers: &Answers, found: &PrecisionReached, importance: &Importance) -> String {
+    let named: Vec<String> = by_importance(importance)
+        .into_iter()
+        .filter(|(_, share)| *share >= 0.05)
+        .take(4)
+        .map(|(factor, share)| {
+            let name = &answers.case.factors[factor].name;
+            format!("{name} = {} ({})", format::significant(importance.factors[factor], 3), format::percent(share))
+        })
+        .collect();
+    format!(
+        "{} is reached most probably at {}, with the importance of each factor; reliability index {}, first-order \
+         probability {}.",
+        temperature_text(found),
+        format::list(&named),
+        format::significant(importance.design_point.reliability_index, 3),
+        format::significant(importance.design_point.first_order_probability(), 2)
+    )
+}
+
+fn temperature_text(found: &PrecisionReached) -> String {
+    match found.target.quantity {
+        TargetQuantity::Exceedance { temperature_k } => format::kelvin(temperature_k),
+        TargetQuantity::Percentile(_) => "It".to_owned(),
+    }
+}
+
+fn page(answers: &Answers, found: &PrecisionReached) -> String {
+    let looks: Vec<Vec<String>> = found
+        .looks
+        .iter()
+        .map(|look| {
+            let half_width = look.half_width();
+            let half_width =
+                if is_percentile(found) { format::grouped(half_width, 2) } else { format::significant(half_width, 2) };
+            vec![format::count(look.members), value_text(found, look.estimate), interval_text(found, look), half_width]
+        })
+        .collect();
+    let unit = if is_percentile(found) { ", K" } else { "" };
+    let head = ["Members", &format!("Estimate{unit}"), &format!("95 % interval{unit}"), &format!("Half-width{unit}")];
+    let mut text = vec![result(answers, found)];
+    let mut point = String::new();
+    if let Some(importance) = &found.importance {
+        text.push(most_probable(answers, found, importance));
+        text.push(format!(
+            "{} of {} exceed the temperature; their weights have the information of {} of equal weight.",
+            format::count(importance.estimate.exceeding),
+            format::counted(importance.estimate.members, "member"),
+            format::significant(importance.estimate.effective_exceeding(), 3)
+        ));
+        let rows: Vec<Vec<String>> = by_importance(importance)
+            .into_iter()
+            .map(|(factor, share)| {
+                let of = &answers.case.factors[factor];
+                vec![
+                    of.name.clone(),
+                    format::factor_meaning(of),
+                    format::significant(of.nominal, 3),
+                    format::significant(importance.factors[factor], 3),
+                    format::grouped(importance.design_point.scores[factor], 2),
+                    format::grouped(100.0 * share, 1),
+                ]
+            })
+            .collect();
+        point = table(
+            &format!("Most probable combination of factors that reaches {}", temperature_text(found)),
+            &["Factor", "Scales", "Nominal", "There", "Standard normal variable", "Importance, %"],
+            &rows,
+        );
+    }
+    list(&text) + &point + &table("The interval over the members", &head, &looks)
+}
+
+fn figure(answers: &Answers, found: &PrecisionReached) -> Figure {
+    let known: Vec<&Look> = found.looks.iter().filter(|look| look.half_width().is_finite()).collect();
+    let scale = if is_percentile(found) { 1.0 } else { 100.0 };
+    let of = |each: &dyn Fn(&Look) -> f64| known.iter().map(|look| scale * each(look)).collect::<Vec<f64>>();
+    let x: Vec<f64> = known.iter().map(|look| look.members as f64).collect();
+    let (low, high) = (of(&|look| look.low.unwrap_or(f64::NAN)), of(&|look| look.high.unwrap_or(f64::NAN)));
+    let mut layers = vec![
+        Layer::Band { name: "95 % interval".to_owned(), ink: Ink::Series(0), opacity: 0.2, x: x.clone(), low, high },
+        line("estimate".to_owned(), Ink::Series(0), Stroke::Solid, &x, &of(&|look| look.estimate)),
+    ];
+    let wanted = |look: &Look| match found.target.half_width {
+        HalfWidth::Absolute(most) => most,
+        HalfWidth::Relative(share) => share * look.estimate,
+    };
+    for (name, side) in [("stated half-width", -1.0), ("", 1.0)] {
+        let y = of(&|look| look.estimate + side * wanted(look));
+        layers.push(line(name.to_owned(), Ink::Guide, Stroke::Dashed, &x, &y));
+    }
+    let label = if is_percentile(found) { "Peak temperature, K" } else { "Probability, %" };
+    Figure {
+        id: "precision".to_owned(),
+        paper_reference: String::new(),
+        title: format!("{} over the number of members", quantity_text(answers, found)),
+        caption: format!("{} Sampling ends when the band lies between the dashed lines.", result(answers, found)),
+        x: Axis::log("Members"),
+        y: Axis::linear(label),
+        layers,
+    }
+}
+
+#[derive(Serialize)]
+struct Record<'a> {
+    sensor: &'a str,
+    /// `percentile` or `exceedance`.
+    quantity: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    percentile: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    temperature_k: Option<f64>,
+    half_width: f64,
+    is_relative: bool,
+    is_reached: bool,
+    /// `plain` or `importance`.
+    sampling: &'static str,
+    members: usize,
+    failed: usize,
+    estimate: Option<f64>,
+    interval: (Option<f64>, Option<f64>),
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design_point: Option<DesignPointRecord<'a>>,
+}
+
+#[derive(Serialize)]
+struct DesignPointRecord<'a> {
+    factors: OrderedMap<'a, f64>,
+    importance: OrderedMap<'a, f64>,
+    reliability_index: f64,
+    first_order_probability: f64,
+    marches: usize,
+    exceeding: usize,
+    effective_exceeding: f64,
+    equivalent_members: f64,
+}
+
+impl<'a> Record<'a> {
+    fn of(answers: &'a Answers, found: &'a PrecisionReached) -> Self {
+        let (quantity, percentile, temperature_k) = match found.target.quantity {
+            TargetQuantity::Percentile(probability) => ("percentile", Some(100.0 * probability), None),
+            TargetQuantity::Exceedance { temperature_k } => ("exceedance", None, Some(temperature_k)),
+        };
+        let (half_width, is_relative) = match found.target.half_width {
+            HalfWidth::Absolute(most) => (most, false),
+            HalfWidth::Relative(share) => (share, true),
+        };
+        let last = found.last();
+        let names = answers.case.factors.iter().map(|factor| factor.name.as_str());
+        Self {
+            sensor: &answers.case.sensors[found.target.sensor].name,
+            quantity,
+            percentile,
+            temperature_k,
+            half_width,
+            is_relative,
+            is_reached: found.is_reached,
+            sampling: if found.importance.is_some() { "importance" } else { "plain" },
+            members: found.members(),
+            failed: found.failed,
+            estimate: last.map(|look| look.estimate),
+            interval: (last.and_then(|look| look.low), last.and_then(|look| look.high)),
+            design_point: found.importance.as_ref().map(|importance| {
+                let point = &importance.design_point;
+                DesignPointRecord {
+                    factors: OrderedMap(names.clone().zip(importance.factors.iter().copied()).collect()),
+                    importance: OrderedMap(names.zip(point.direction.iter().map(|by| by * by)).collect()),
+                    reliability_index: point.reliability_index,
+                    first_order_probability: point.first_order_probability(),
+                    marches: point.evaluations,
+                    exceeding: importance.estimate.exceeding,
+                    effective_exceeding: importance.estimate.effective_exceeding(),
+                    equivalent_members: importance.estimate.equivalent_members(),
+                }
+            }),
+        }
+    }
+}

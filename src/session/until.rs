@@ -1,0 +1,84 @@
+//! A sweep that ends when the interval of a percentile or of a probability is narrow enough.
+
+use super::{InputError, MembersCallback, RunningStudy, Session, SessionError, UncertaintyOptions};
+use crate::case::Case;
+use crate::ensemble::SamplingKind;
+use crate::march::March;
+use crate::study::sequential_sampling::{
+    PrecisionReached, PrecisionTarget, TargetQuantity, importance_sampling_until, rare_design_point, sweep_until,
+};
+use crate::study::simultaneous_band::Envelope;
+use crate::study::uncertainty::{SweepStatistics, failure_reason};
+
+impl Session {
+    /// Sample until the 95 % confidence interval of a percentile or of a probability has its half-width, or
+    /// `options.members` are drawn. The answers also have the sweep that was drawn; for a rare probability, which is
+    /// computed by importance sampling, there is none.
+    ///
+    /// # Errors
+    /// As [`uncertainty`](Self::uncertainty), and when the sampling is not of independent members, or there is no such
+    /// sensor.
+    pub fn uncertainty_until(
+        &mut self,
+        options: &UncertaintyOptions,
+        target: &PrecisionTarget,
+        members: &mut MembersCallback<'_>,
+    ) -> Result<PrecisionReached, SessionError> {
+        options.check_until(&self.case, target)?;
+        self.run("uncertainty", self.case.clone(), options.members, |study| {
+            let found = study.uncertainty_until(options, target, members)?;
+            study.answers.seed = Some(options.seed);
+            study.answers.precision_reached = Some(found.clone());
+            Ok(found)
+        })
+    }
+}
+
+impl UncertaintyOptions {
+    /// Check the options for a case and a target, before any computation.
+    ///
+    /// # Errors
+    /// As [`Session::uncertainty_until`] for its input.
+    pub fn check_until(&self, case: &Case, target: &PrecisionTarget) -> Result<(), SessionError> {
+        self.check(case)?;
+        if !matches!(self.sampling, SamplingKind::Normal | SamplingKind::Uniform) {
+            let message = format!(
+                " {}: expected normal or uniform, as the intervals of a target are those of independent members",
+                self.sampling.name()
+            );
+            return Err(InputError::for_option("sampling", message).into());
+        }
+        if target.sensor >= case.sensors.len() {
+            let message = format!(": no sensor {}, expected an index below {}", target.sensor, case.sensors.len());
+            return Err(InputError::for_option("until", message).into());
+        }
+        Ok(())
+    }
+}
+
+impl RunningStudy<'_> {
+    fn uncertainty_until(
+        &mut self,
+        options: &UncertaintyOptions,
+        target: &PrecisionTarget,
+        members: &mut MembersCallback<'_>,
+    ) -> Result<PrecisionReached, SessionError> {
+        let (nominal, sweep) = (self.predict()?, options.sweep());
+        if let Some(reason) = failure_reason(&self.answers.case, &nominal.status) {
+            return Err(InputError::general(format!("the nominal march failed: {reason}")).into());
+        }
+        let (case, plan) = (&self.answers.case, self.plan);
+        if let TargetQuantity::Exceedance { temperature_k } = target.quantity
+            && let Some(design) = rare_design_point(case, plan, self.march, &sweep, target)?
+        {
+            let march = &mut *self.march;
+            return Ok(importance_sampling_until(case, plan, march, &sweep, target, temperature_k, design)?);
+        }
+        let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
+        let envelope = Envelope::of(case, plan, &nominal, bounds, kind, &self.march.monitor())?;
+        let mut gathered = SweepStatistics::new(case, &nominal, &envelope, bounds, kind);
+        let found = sweep_until(case, plan, self.march, &mut gathered, &sweep, target, members)?;
+        self.answers.uncertainty = Some(gathered.results(&nominal, &sweep.sampling, gathered.members()));
+        Ok(found)
+    }
+}

@@ -1,0 +1,271 @@
+//! Sampling until the confidence interval of a percentile or of a probability has a stated half-width.
+//!
+//! The interval is computed at *looks*: after [`FIRST_LOOK`] members and each time their number has grown by a quarter.
+//! Sampling ends at the first look with a narrow enough interval. Ending on the width of an interval lowers its
+//! coverage, as the width depends on the same members: with intervals of 95 % at each look, exact summation over all
+//! paths of the count gives 94.4 % in the worst case of a probability. So each look has an interval of 96 %, whose
+//! coverage at the end is at least 95 % (Frey, Am. Stat. 64, 2010, chooses the level in this way).
+//!
+//! A probability below [`RARE`] by the first-order method is computed by importance sampling about the design point.
+//! Which method is used depends on the case alone, so that it does not bias the estimate.
+
+mod peak_limit_state;
+mod target;
+
+pub use target::{HalfWidth, PrecisionTarget, TargetQuantity};
+
+use super::margins::{quantile_rank, sensor_peak};
+use super::proportion::{Proportion, quantile_ranks};
+use super::uncertainty::{Sweep, SweepStatistics};
+use crate::case::Case;
+use crate::ensemble::{Ensemble, StandardNormalSpace};
+use crate::fit::reliability::{DesignPoint, ImportanceEstimate, ImportanceSampling, LimitState, find_design_point};
+use crate::march::{March, MarchError};
+use crate::plan::Plan;
+use crate::traces::{MemberStatus, Traces};
+use peak_limit_state::PeakLimitState;
+use std::ops::Range;
+
+/// Members at the first look.
+pub const FIRST_LOOK: usize = 500;
+/// Members of a look relative to those of the look before.
+const GROWTH: f64 = 1.25;
+/// Probability of each tail of the interval of a look.
+const TAIL: f64 = 0.02;
+/// Probability of exceedance, by the first-order method, below which importance sampling is used.
+pub const RARE: f64 = 0.05;
+/// Members above the limit, by their information, that importance sampling needs for an interval: fewer have no normal
+/// mean.
+pub const MIN_EFFECTIVE: f64 = 100.0;
+
+/// A percentile or a probability, with its interval.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct PrecisionReached {
+    /// The quantity and its half-width.
+    pub target: PrecisionTarget,
+    /// The looks; the last one is the result.
+    pub looks: Vec<Look>,
+    /// Whether the interval has the half-width; if not, sampling ended at the largest number of members, or was
+    /// stopped.
+    pub is_reached: bool,
+    /// Largest number of members.
+    pub max_members: usize,
+    /// Members that failed; they count as above every temperature.
+    pub failed: usize,
+    /// Importance sampling; `None` where members were drawn plainly.
+    pub importance: Option<Importance>,
+}
+
+/// The estimate from the members so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct Look {
+    /// Members drawn.
+    pub members: usize,
+    /// Percentile, K, or probability.
+    pub estimate: f64,
+    /// Lower end of the interval; `None` with too few members.
+    pub low: Option<f64>,
+    /// Upper end of the interval; `None` with too few members.
+    pub high: Option<f64>,
+}
+
+/// Importance sampling about a design point.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct Importance {
+    /// The most probable point that reaches the temperature, in standard normal variables.
+    pub design_point: DesignPoint,
+    /// The factors there.
+    pub factors: Vec<f64>,
+    /// Sums over the members.
+    pub estimate: ImportanceEstimate,
+}
+
+impl Look {
+    /// The larger distance of the ends of the interval from the estimate; infinite where an end is unknown.
+    pub fn half_width(&self) -> f64 {
+        match (self.low, self.high) {
+            (Some(low), Some(high)) => (self.estimate - low).max(high - self.estimate),
+            _ => f64::INFINITY,
+        }
+    }
+
+    fn is_within(&self, half_width: HalfWidth) -> bool {
+        let most = match half_width {
+            HalfWidth::Absolute(most) => most,
+            HalfWidth::Relative(share) => share * self.estimate,
+        };
+        self.half_width() <= most
+    }
+}
+
+impl PrecisionReached {
+    /// The last look; `None` if sampling was stopped before the first one.
+    pub fn last(&self) -> Option<&Look> {
+        self.looks.last()
+    }
+
+    /// Members drawn, without those of the search for the design point.
+    pub fn members(&self) -> usize {
+        self.last().map_or(0, |look| look.members)
+    }
+}
+
+/// The numbers of members at the looks, up to a largest one.
+fn looks(most: usize) -> impl Iterator<Item = usize> {
+    let next = move |&members: &usize| (members < most).then(|| ((GROWTH * members as f64).ceil() as usize).min(most));
+    std::iter::successors(Some(FIRST_LOOK.min(most)), next)
+}
+
+/// The percentile or the probability from the peaks of independent members, K, in ascending order.
+fn look(peaks_k: &[f64], quantity: TargetQuantity) -> Look {
+    let members = peaks_k.len();
+    match quantity {
+        TargetQuantity::Percentile(probability) => {
+            let at_rank = |rank: usize| peaks_k[rank - 1];
+            let (low, high) = quantile_ranks(members, probability, TAIL);
+            let estimate = at_rank(quantile_rank(members, probability));
+            Look { members, estimate, low: low.map(at_rank), high: high.map(at_rank) }
+        }
+        TargetQuantity::Exceedance { temperature_k } => {
+            let count = members - peaks_k.partition_point(|&peak_k| peak_k <= temperature_k);
+            let counted = Proportion { count, total: members };
+            let (low, high) = counted.interval(TAIL);
+            Look { members, estimate: counted.fraction(), low: Some(low), high: Some(high) }
+        }
+    }
+}
+
+/// The design point of a target, if it is a rare exceedance.
+///
+/// # Errors
+/// When the device fails.
+pub fn rare_design_point(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    sweep: &Sweep,
+    target: &PrecisionTarget,
+) -> Result<Option<DesignPoint>, MarchError> {
+    let TargetQuantity::Exceedance { temperature_k } = target.quantity else { return Ok(None) };
+    let plan = plan.clone().without_gauges();
+    let space = StandardNormalSpace::new(&case.factors, sweep.bounds, sweep.sampling.kind, &case.correlation);
+    let found = find_design_point(&mut PeakLimitState::new(&plan, march, &space, target.sensor, temperature_k))?;
+    Ok(Some(found).filter(|found| found.converged && found.first_order_probability() < RARE))
+}
+
+/// March members of a sweep into its statistics until the target is met, or the sweep is complete. `watch` receives
+/// each batch.
+///
+/// # Errors
+/// When the device fails or the march is cancelled. A march that is stopped ends with the members so far.
+pub fn sweep_until(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    gathered: &mut SweepStatistics,
+    sweep: &Sweep,
+    target: &PrecisionTarget,
+    watch: &mut dyn FnMut(&Ensemble, &Traces),
+) -> Result<PrecisionReached, MarchError> {
+    let ensemble = sweep.ensemble(case);
+    let (mut peaks_k, mut failed): (Vec<f64>, usize) = (Vec::new(), 0);
+    let (mut found, mut is_reached): (Vec<Look>, bool) = (Vec::new(), false);
+    for members in looks(sweep.members) {
+        let range = peaks_k.len()..members;
+        let marched = gathered.march(case, plan, march, &ensemble, range, &mut |_, ensemble, traces| {
+            for member in 0..traces.members() {
+                let is_completed = traces.statuses[member] == MemberStatus::Completed;
+                let peak = sensor_peak(plan, target.sensor, traces.trace(member, target.sensor));
+                peaks_k.push(if is_completed { peak.temperature_k } else { f64::INFINITY });
+                failed += usize::from(!is_completed);
+            }
+            watch(ensemble, traces);
+        });
+        match marched {
+            Err(MarchError::Stopped) if gathered.completed() >= 2 => break,
+            other => other?,
+        }
+        peaks_k.sort_by(f64::total_cmp);
+        let look = look(&peaks_k, target.quantity);
+        found.push(look);
+        is_reached = look.is_within(target.half_width);
+        if is_reached {
+            break;
+        }
+    }
+    Ok(PrecisionReached {
+        target: *target,
+        looks: found,
+        is_reached,
+        max_members: sweep.members,
+        failed,
+        importance: None,
+    })
+}
+
+/// The probability that a sensor exceeds a temperature, by importance sampling about its design point, until the target
+/// is met or the largest number of members is drawn.
+///
+/// # Errors
+/// When the device fails, or the march is stopped or cancelled.
+pub fn importance_sampling_until(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    sweep: &Sweep,
+    target: &PrecisionTarget,
+    temperature_k: f64,
+    design_point: DesignPoint,
+) -> Result<PrecisionReached, MarchError> {
+    let plan = plan.clone().without_gauges();
+    let space = StandardNormalSpace::new(&case.factors, sweep.bounds, sweep.sampling.kind, &case.correlation);
+    let mut state = PeakLimitState::new(&plan, march, &space, target.sensor, temperature_k);
+    let sampling = ImportanceSampling::new(design_point.scores.clone(), sweep.sampling.seed);
+    let (mut estimate, mut found, mut is_reached) = (ImportanceEstimate::default(), Vec::new(), false);
+    for members in looks(sweep.members) {
+        add_members(&mut state, &sampling, estimate.members..members, &mut estimate)?;
+        let (low, high) = estimate.interval(TAIL);
+        let look = Look { members, estimate: estimate.probability(), low: Some(low), high: Some(high) };
+        found.push(look);
+        is_reached = estimate.effective_exceeding() >= MIN_EFFECTIVE && look.is_within(target.half_width);
+        if is_reached {
+            break;
+        }
+    }
+    let (failed, factors) = (state.failed, space.factors(&design_point.scores));
+    Ok(PrecisionReached {
+        target: *target,
+        looks: found,
+        is_reached,
+        max_members: sweep.members,
+        failed,
+        importance: Some(Importance { design_point, factors, estimate }),
+    })
+}
+
+/// Points in memory at once.
+const CHUNK: usize = 4096;
+
+fn add_members<L: LimitState>(
+    state: &mut L,
+    sampling: &ImportanceSampling,
+    members: Range<usize>,
+    estimate: &mut ImportanceEstimate,
+) -> Result<(), L::Error> {
+    for first in members.clone().step_by(CHUNK) {
+        let drawn: Vec<_> = (first..(first + CHUNK).min(members.end)).map(|index| sampling.member(index)).collect();
+        let points: Vec<Vec<f64>> = drawn.iter().map(|member| member.scores.clone()).collect();
+        let values = state.values(&points)?;
+        drawn.iter().zip(values).for_each(|(member, value)| estimate.add(member, value < 0.0));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,108 @@
+//! Designs of tests: what they expect against what twin experiments find, and what makes them better or worse.
+
+use crate::cli::run;
+use crate::support::{Scratch, case, root};
+use bondline::session::{BackendKind, DesignOptions, Options, Session};
+use bondline::study::experiment_design::{Design, ExperimentDesign};
+use std::fs;
+
+const FACTORS: [&str; 3] = ["f_k_INS", "f_cp_INS", "f_k_OF"];
+
+fn lcat() -> Session {
+    Session::open(case("lcat-2259"), &Options::default().backend(BackendKind::Cpu)).expect("the CPU does not fail")
+}
+
+fn options(members: usize) -> DesignOptions {
+    DesignOptions { members, ..DesignOptions::new(FACTORS, 4) }
+}
+
+fn best(found: &ExperimentDesign) -> &Design {
+    &found.scenarios[0].designs[0]
+}
+
+#[test]
+fn a_design_is_better_than_the_paper_s_depths_and_each_thermocouple_tells_more() {
+    let mut session = lcat();
+    let found = session.design(&options(60)).expect("a design");
+    let scenario = &found.scenarios[0];
+    let existing = scenario.existing.as_ref().expect("the case has thermocouples");
+    assert_eq!(existing.candidates.len(), 4);
+    assert!(best(&found).loss < existing.loss, "{} and {}", best(&found).loss, existing.loss);
+    assert_eq!(scenario.growth.len(), 4);
+    assert!(scenario.growth.windows(2).all(|pair| pair[1].loss < pair[0].loss));
+    assert_eq!(scenario.growth[3].candidates, best(&found).candidates);
+    let depths_m: Vec<f64> = best(&found).candidates.iter().map(|&at| scenario.candidates[at].depth_m).collect();
+    assert!(depths_m.windows(2).all(|pair| pair[1] - pair[0] > 0.499e-3), "{depths_m:?}");
+    // Half the noise halves every standard error, and leaves the depths.
+    let quiet = session.design(&DesignOptions { noise_k: 1.0, ..options(60) }).expect("a design");
+    assert_eq!(best(&quiet).candidates, best(&found).candidates);
+    for (one, two) in best(&quiet).standard_errors.iter().zip(&best(&found).standard_errors) {
+        assert!((two / one - 2.0).abs() < 1e-6, "{one} and {two}");
+    }
+}
+
+#[test]
+fn a_tolerance_of_the_depth_a_shorter_run_and_slower_sampling_tell_less() {
+    let mut session = lcat();
+    let loss = |session: &mut Session, options: &DesignOptions| best(&session.design(options).expect("one")).loss;
+    let plain = loss(&mut session, &options(20));
+    let tolerant = loss(&mut session, &DesignOptions { position_tolerance_m: 0.25e-3, ..options(20) });
+    assert!(tolerant > plain + 0.1, "{tolerant} and {plain}");
+    let both = session.design(&DesignOptions { run_lengths_s: vec![200.0, 60.0], ..options(20) }).expect("a design");
+    assert_eq!(both.scenarios.iter().map(|scenario| scenario.run_length_s).collect::<Vec<_>>(), [200.0, 60.0]);
+    assert!((best(&both).loss - plain).abs() < 1e-9 * plain.abs(), "{} and {plain}", best(&both).loss);
+    assert!(both.scenarios[1].designs[0].loss > plain);
+    let slow = loss(&mut session, &DesignOptions { sampling_s: Some(5.0), ..options(20) });
+    assert!(slow > plain + 1.0, "{slow} and {plain}");
+}
+
+#[test]
+fn what_cannot_be_designed_is_refused_with_the_reason() {
+    let mut session = lcat();
+    let refused =
+        |session: &mut Session, options: DesignOptions| session.design(&options).expect_err("refused").to_string();
+    for (options, reason) in [
+        (DesignOptions::new(["f_x"], 4), "no factor is called \"f_x\""),
+        (DesignOptions::new(FACTORS, 0), "expected at least 1"),
+        (DesignOptions { least_distance_m: 3e-3, ..options(10) }, "mm apart"),
+        (DesignOptions { run_lengths_s: vec![300.0], ..options(10) }, "longer than the exposure"),
+        (DesignOptions { grid_m: Some(0.01e-3), ..options(10) }, "widen the grid"),
+        (DesignOptions { target: Some("TC9".to_owned()), ..options(10) }, "no sensor is called \"TC9\""),
+        (DesignOptions { members: 1, ..options(10) }, "at least 2 members"),
+        (DesignOptions { others: vec![case("slab")], ..options(10) }, "slab: no factor is called"),
+    ] {
+        let message = refused(&mut session, options);
+        assert!(message.contains(reason), "{message}");
+    }
+}
+
+/// The design of the command, fitted to 400 synthetic data sets with `BONDLINE_ALL`, and to 60 without: the root mean
+/// square error of the fits is within 10 % (25 %) of the expected standard error.
+#[test]
+fn twin_experiments_on_the_written_design_have_the_expected_errors() {
+    let is_all = std::env::var_os("BONDLINE_ALL").is_some();
+    let (members, data_sets, tolerance) = if is_all { (1000, 400, 0.10) } else { (60, 60, 0.25) };
+    let scratch = Scratch::new("design");
+    let names = FACTORS.join(",");
+    run(
+        &scratch,
+        &format!("design {}/cases/lcat-2259 --estimate {names} -n {members} --quiet --out d", root().display()),
+    )
+    .succeeded();
+    let text = scratch.read("d/design.toml");
+    let flux = fs::read(root().join("cases/lcat-2259/flux.csv")).expect("a shipped file");
+    scratch.write("c/flux.csv", flux);
+    scratch.write("c/case.toml", &text);
+    run(&scratch, "twin c --noise 2K --out c/measured.csv --quiet").succeeded();
+    scratch.write("c/case.toml", text + "\n[observations]\nfile = \"measured.csv\"\nsigma = \"2 K\"\n");
+    run(&scratch, &format!("twin c --study {data_sets} --quiet --out t")).succeeded();
+    let read = |file: &str| -> serde_json::Value { serde_json::from_str(&scratch.read(file)).expect("JSON") };
+    let (design, study) = (read("d/summary.json"), read("t/summary.json"));
+    let expected = &design["experiment_design"]["scenarios"][0]["designs"][0]["standard_errors"];
+    for name in FACTORS {
+        let expected = expected[name].as_f64().expect("a number");
+        let found = study["coverage_study"]["factors"][name]["rms_error"].as_f64().expect("a number");
+        println!("{name}: expected {expected:.5}, found {found:.5}");
+        assert!((found / expected - 1.0).abs() < tolerance, "{name}: expected {expected}, found {found}");
+    }
+}

@@ -1,0 +1,134 @@
+//! Sampling until an interval is narrow enough, and rare probabilities, against the closed form of a slab.
+
+use crate::cli::{CASE, run};
+use crate::support::{Scratch, case};
+use bondline::session::{BackendKind, Options, Session, UncertaintyOptions};
+use bondline::study::sequential_sampling::{PrecisionReached, PrecisionTarget};
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::f64::consts::PI;
+
+/// Back-face temperature of the shipped slab at the end of its exposure, K: see `sizing_and_coverage.rs`.
+fn back_k(f_k: f64, f_cp: f64) -> f64 {
+    let (flux, time_s, capacity, conductivity, thickness_m) = (2000.0, 400.0, 2e5, 0.05, 0.01);
+    let fourier = conductivity * f_k / (capacity * f_cp) * time_s / (thickness_m * thickness_m);
+    let decay = 2.0 / PI.powi(2) * (-PI.powi(2) * fourier).exp();
+    300.0 + flux * time_s / (capacity * f_cp * thickness_m)
+        - flux * thickness_m / (conductivity * f_k) * (1.0 / 6.0 - decay)
+}
+
+/// Probability that the back face exceeds a temperature: both factors are normal about 1 with a standard deviation of
+/// 0.125, truncated at 0.75 and 1.25. The integral over one of them is by the midpoint rule.
+fn exact_probability(temperature_k: f64) -> f64 {
+    const POINTS: u32 = 20_000;
+    let normal = Normal::standard();
+    let (below, inside) = (normal.cdf(-2.0), 1.0 - 2.0 * normal.cdf(-2.0));
+    let share = |value: f64| ((normal.cdf((value - 1.0) / 0.125) - below) / inside).clamp(0.0, 1.0);
+    let above = |point: u32| {
+        let share_k = (f64::from(point) + 0.5) / f64::from(POINTS);
+        let f_k = 1.0 + 0.125 * normal.inverse_cdf(below + share_k * inside);
+        // The temperature falls with the heat capacity.
+        let (mut low, mut high) = (0.7, 1.3);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if back_k(f_k, middle) > temperature_k { low = middle } else { high = middle }
+        }
+        share(low)
+    };
+    (0..POINTS).map(above).sum::<f64>() / f64::from(POINTS)
+}
+
+fn reached(session: &mut Session, target: &str, members: usize, seed: u64) -> PrecisionReached {
+    let options = UncertaintyOptions { members, seed, ..UncertaintyOptions::default() };
+    let target = PrecisionTarget::parse(target, session.case()).unwrap_or_else(|error| panic!("{error}"));
+    session.uncertainty_until(&options, &target, &mut |_, _| {}).expect("an answer")
+}
+
+fn slab() -> Session {
+    Session::open(case("slab"), &Options::default().backend(BackendKind::Cpu)).expect("the CPU does not fail")
+}
+
+/// Seeds whose interval contains the probability, and the largest number of members.
+fn covered(session: &mut Session, temperature_k: f64, truth: f64, seeds: u64) -> (u64, usize) {
+    let target = format!("P(BACK > {temperature_k} K) ± 10 %");
+    let (mut covered, mut most) = (0, 0);
+    for seed in 1..=seeds {
+        let found = reached(session, &target, 40_000, seed);
+        let last = found.last().expect("a look");
+        assert!(found.is_reached && found.importance.is_some(), "{target} with seed {seed}: {found:?}");
+        covered += u64::from(last.low <= Some(truth) && last.high >= Some(truth));
+        most = most.max(found.members());
+    }
+    (covered, most)
+}
+
+/// All 100 seeds run with `BONDLINE_ALL`, and 12 without.
+#[test]
+fn intervals_of_probabilities_of_1e_2_to_1e_4_contain_the_exact_one_at_a_tenth_of_the_members() {
+    let mut session = slab();
+    let seeds = if std::env::var_os("BONDLINE_ALL").is_some() { 100 } else { 12 };
+    for (temperature_k, magnitude) in [(753.5, 1e-2), (769.5, 1e-3), (775.7, 1e-4)] {
+        let truth = exact_probability(temperature_k);
+        assert!((0.9..1.1).contains(&(truth / magnitude)), "{truth} at {temperature_k} K");
+        let (count, most) = covered(&mut session, temperature_k, truth, seeds);
+        // Members of a plain sweep for an interval of ± 10 %.
+        let plain = (1.96_f64 / 0.1).powi(2) * (1.0 - truth) / truth;
+        println!("{temperature_k} K, {truth:.4e}: {count} of {seeds}, at most {most} members, plain {plain:.0}");
+        assert!(10 * most <= plain as usize, "{most} members, {plain} plain ones");
+        assert!(100 * count >= 90 * seeds - 100, "{count} of {seeds} at {temperature_k} K");
+        // Negative control: the probability of a temperature that is 4 K lower or higher.
+        let (wrong, _) = covered(&mut session, temperature_k, exact_probability(temperature_k - 4.0), 6);
+        assert!(wrong <= 1, "{wrong} of 6");
+    }
+}
+
+#[test]
+fn the_most_probable_combination_is_a_conducting_slab_of_little_heat_capacity() {
+    let found = reached(&mut slab(), "P(BACK > 769.5 K) ± 20 %", 20_000, 1);
+    let importance = found.importance.expect("a rare probability");
+    assert!((back_k(importance.factors[0], importance.factors[1]) - 769.5).abs() < 0.5, "{:?}", importance.factors);
+    assert!(importance.factors[0] > 1.1 && importance.factors[1] < 0.9, "{:?}", importance.factors);
+}
+
+#[test]
+fn a_frequent_temperature_and_a_percentile_are_sampled_plainly_to_the_stated_half_width() {
+    let mut session = slab();
+    let frequent = reached(&mut session, "P(BACK > 640 K) ± 0.02", 20_000, 1);
+    let (truth, last) = (exact_probability(640.0), frequent.last().copied().expect("a look"));
+    assert!(frequent.is_reached && frequent.importance.is_none() && last.half_width() <= 0.02, "{frequent:?}");
+    assert!(last.low <= Some(truth) && last.high >= Some(truth), "{last:?} and {truth}");
+    let sweep = session.answers().and_then(|answers| answers.uncertainty.clone()).expect("the sweep that was drawn");
+    assert_eq!(sweep.members, frequent.members());
+    let percentile = reached(&mut session, "BACK P95 ± 3 K", 20_000, 1);
+    let last = percentile.last().copied().expect("a look");
+    assert!(percentile.is_reached && last.half_width() <= 3.0);
+    // 5 % of all members are above the 95th percentile.
+    let beyond = |end: Option<f64>| exact_probability(end.expect("an end"));
+    assert!(beyond(last.low) > 0.05 && beyond(last.high) < 0.05, "{last:?}");
+    // Negative control: too few members for it.
+    let few = reached(&mut session, "BACK P95 ± 3 K", 600, 1);
+    assert!(!few.is_reached && few.members() == 600);
+}
+
+#[test]
+fn the_command_says_what_was_reached_and_refuses_what_it_cannot_answer() {
+    let scratch = Scratch::new("until");
+    scratch.write("c/case.toml", CASE);
+    let done = run(&scratch, "uncertainty c --until TC2\u{a0}P90±20K -n 3000 --quiet").succeeded();
+    assert!(
+        done.stdout.contains("P90 of the peak of TC2:") && done.stdout.contains("within ± 20 K"),
+        "{}",
+        done.stdout
+    );
+    let wide = run(&scratch, "uncertainty c --until TC2\u{a0}P90+-0.001K -n 700 --quiet").exited_with(1);
+    assert!(wide.stderr.contains("not as narrow as --until states after 700 members"), "{}", wide.stderr);
+    for (words, reason) in [
+        ("--until TC9\u{a0}P90±2K", "no sensor is called \"TC9\""),
+        ("--until TC2", "expected a percentile"),
+        ("--until TC2\u{a0}P90±2K --sampling sobol", "independent members"),
+        ("--until TC2\u{a0}P90±2K --keep members", "cannot be used with"),
+        ("--until TC2\u{a0}P90±2K --members 0..10", "cannot be used with"),
+    ] {
+        let refused = run(&scratch, &format!("uncertainty c {words}")).exited_with(2);
+        assert!(refused.stderr.contains(reason), "{words}: {}", refused.stderr);
+    }
+}
