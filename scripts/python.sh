@@ -34,7 +34,7 @@ fi
 rm -rf "$wheels"
 # Packages of a system are linked to its own libraries; a published wheel is linked to older ones.
 "$environment/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile "$profile" \
-    --compatibility linux --strip --out "$wheels"
+    --compatibility linux --strip --compression-level 9 --out "$wheels"
 wheel=$(echo "$wheels"/*.whl)
 "$environment/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
 cd python
