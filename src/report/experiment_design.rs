@@ -160,7 +160,8 @@ fn against_existing(outcome: &ExperimentDesign) -> Option<String> {
     let ratios = existing.standard_errors.iter().zip(&best.designs[0].standard_errors).map(|(own, best)| best / own);
     let named: Vec<String> = ratios.map(|ratio| format::significant(ratio, 2)).collect();
     Some(format!(
-        "The {} of {} would give {}; the design has {} times these errors. The best {} depths for each factor alone give {}.",
+        "The {} of {} would give {}; the design has {} times these errors. The best {} depths for \
+         each factor alone give {}.",
         format::counted(existing.candidates.len(), "thermocouple"),
         best.case_id,
         errors_text(outcome, &existing.standard_errors),
