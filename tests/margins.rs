@@ -351,9 +351,7 @@ fn sizing_takes_the_limit_of_the_case_unless_the_command_has_one() {
     assert_eq!(stated, same);
     assert_eq!(stated, named);
     assert_ne!(stated, size("--limit TC2<430K"));
-    run(&scratch, "size c --ply BASE --limit TC1 -n 400")
-        .exited_with(2)
-        .with_stderr(&["expected SENSOR < TEMPERATURE"]);
+    run(&scratch, "size c --ply BASE --limit TC1 -n 400").exited_with(2).with_stderr(&["expected PART < TEMPERATURE"]);
     scratch.write("d/case.toml", crate::cli::CASE);
     run(&scratch, "size d --ply BASE -n 400").exited_with(2).with_stderr(&["no sensor has a `limit` in the case"]);
 }

@@ -182,7 +182,7 @@ fn flags_text(kind: FlagKind, flags: &[&Flag]) -> Option<String> {
             format!("stuck at {} {span} ({})", format::kelvin(worst.value_k), format::counted(samples, "sample"))
         }
         FlagKind::Open if worst.samples > 0 && worst.to_s > worst.from_s && flags.len() == 1 => {
-            format!("open {span} ({})", format::counted(samples, "sample or row without a value"))
+            format!("open {span} ({})", format::counted(samples, "sample"))
         }
         FlagKind::Open => format!("open {span}, and in {} in all", format::counted(samples, "sample")),
         FlagKind::Noisy => format!(
