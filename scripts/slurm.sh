@@ -25,6 +25,8 @@ daemons=()
 stop() {
     local pid
     for pid in "${daemons[@]}"; do kill "$pid" 2>/dev/null || true; done
+    # A process that stands still, or that outlived its task, would be left behind.
+    pkill -KILL -f "uncertainty .* --out $root/pieces" || true
     wait 2>/dev/null || true
     rm -rf "$root"
 }
