@@ -39,9 +39,6 @@ fn no_flux() -> InteriorFaceFlux {
 }
 
 fn properties(step: u32, stage: u32) {
-    if GAS && !reads_gas_tables(stage) {
-        extrapolate_gas_enthalpy();
-    }
     if PROPERTIES_IN_SWEEP {
         return;
     }
@@ -120,7 +117,7 @@ fn node(p: u32, i: u32, stage: u32) -> Node {
         node.slope = slopes[i];
     }
     if GAS {
-        node.gas_enthalpy_j_kg = gas_enthalpy_j_kg[i];
+        node.gas_enthalpy_j_kg = stage_gas_enthalpy(i, stage);
         node.gas_heat_capacity = gas_heat_capacities[i];
     }
     return node;

@@ -24,10 +24,12 @@ fn reads_gas_tables(stage: u32) -> bool {
     return GAS && (stage == 0u || DARCY);
 }
 
-fn extrapolate_gas_enthalpy() {
-    for (var i = first_cell(); i < end_cell(); i++) {
-        gas_enthalpy_j_kg[i] = gas_enthalpy_j_kg[i] + gas_heat_capacities[i] * first_increments[i];
+fn stage_gas_enthalpy(cell: u32, stage: u32) -> real {
+    let start = gas_enthalpy_j_kg[cell];
+    if stage == 0u || reads_gas_tables(stage) {
+        return start;
     }
+    return start + gas_heat_capacities[cell] * first_increments[cell];
 }
 
 fn gas_capacity(cell: u32) -> real {
@@ -70,7 +72,7 @@ fn gas_heat_outflow(step: u32, stage: u32) -> array<real, 2> {
     var out = real(0.0);
     if UNHINDERED {
         for (var i = first_cell(); i < end_cell(); i++) {
-            let leaves = gas_source_at(i, stage) * gas_enthalpy_j_kg[i];
+            let leaves = gas_source_at(i, stage) * stage_gas_enthalpy(i, stage);
             out = out + leaves;
             if i == 0u {
                 drawn[0] = drawn[0] + leaves;
@@ -81,13 +83,13 @@ fn gas_heat_outflow(step: u32, stage: u32) -> array<real, 2> {
         }
     } else {
         if has_cell(0u) {
-            out = hot_outflow[stage] * gas_enthalpy_j_kg[0];
-            drawn[0] = drawn[0] + (out - advected_heat(0u));
+            out = hot_outflow[stage] * stage_gas_enthalpy(0u, stage);
+            drawn[0] = drawn[0] + (out - advected_heat(0u, stage));
         }
         if has_cell(run.last_cell) {
             let last = run.last_cell;
-            let back = back_outflow * gas_enthalpy_j_kg[last];
-            drawn[1] = drawn[1] + (advected_heat(last - 1u) + back);
+            let back = back_outflow * stage_gas_enthalpy(last, stage);
+            drawn[1] = drawn[1] + (advected_heat(last - 1u, stage) + back);
             out = out + back;
         }
     }
@@ -95,8 +97,8 @@ fn gas_heat_outflow(step: u32, stage: u32) -> array<real, 2> {
     return array<real, 2>(plan.faces[0].held * drawn[0], plan.faces[1].held * drawn[1]);
 }
 
-fn advected_heat(cell: u32) -> real {
-    return 0.5 * mass_fluxes[cell] * (gas_enthalpy_j_kg[cell + 1u] + gas_enthalpy_j_kg[cell]);
+fn advected_heat(cell: u32, stage: u32) -> real {
+    return 0.5 * mass_fluxes[cell] * (stage_gas_enthalpy(cell + 1u, stage) + stage_gas_enthalpy(cell, stage));
 }
 
 fn account_gas_heat(step: u32, stage: u32, out: real) {

@@ -26,7 +26,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     var depth_m = over.end_m;
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
-            let density = mass_ratio(p, current_phases(p, i));
+            let density = current_mass_ratio(p, i);
             let width_m = cells[i].width_m;
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
             let here = degree_of_conversion(p, density);
@@ -71,6 +71,9 @@ fn gauges(step: u32) -> array<real, GAUGES> {
 
 fn deepest_crossing(crossing: Crossing, next: Crossing, mark: real) -> Crossing {
     let falls = ge_mask(next.upper, mark) * (1.0 - ge_mask(next.lower, mark));
+    if falls == 0.0 {
+        return crossing;
+    }
     let stays = 1.0 - falls;
     return Crossing(
         stays * crossing.upper + falls * next.upper,

@@ -51,6 +51,19 @@ struct StateScale {
     formation_j_kg: real,
 }
 
+fn less(own: StateScale, virgin: StateScale) -> StateScale {
+    return StateScale(
+        ConductivityParts(
+            own.conductivity.solid - virgin.conductivity.solid,
+            own.conductivity.gas - virgin.conductivity.gas,
+            own.conductivity.radiative - virgin.conductivity.radiative,
+        ),
+        own.remains - virgin.remains,
+        own.enthalpy_scale - virgin.enthalpy_scale,
+        own.formation_j_kg - virgin.formation_j_kg,
+    );
+}
+
 struct PressureIndex {
     level_below: u32,
     fraction: real,

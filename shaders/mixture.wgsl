@@ -44,6 +44,15 @@ fn mass_ratio(ply: u32, phases: Phases) -> real {
     return opaque(density);
 }
 
+fn current_mass_ratio(ply: u32, cell: u32) -> real {
+    let row = plan.plies[ply];
+    var lost = real(0.0);
+    for (var j = row.first_reaction; j < row.end_reaction; j++) {
+        lost = lost + advancements[cell * REACTIONS + j - row.first_reaction].high * plan.reactions[j].loss;
+    }
+    return opaque(1.0 - ply_scales[ply].loss * lost);
+}
+
 fn face_emissivity(face: u32, ply: u32, cell: u32, at: TableIndex, stage: u32) -> real {
     var phases = stage_phases(ply, cell, stage);
     let seen = table_segment(at, FACE_COLUMNS, FACE_TABLE);
@@ -109,10 +118,17 @@ fn mixture_at_level(p: u32, row: TableSegment, of_phases: Phases, with_slope: bo
     var phases = of_phases;
     let mass_kg_m3 = ply_scales[p].mass_kg_m3;
     let ply = plan.plies[p];
-    let alike = select(1u, ply.states, ply.rows == 1u);
-    let all = mixture_sums(p, phases, alike);
-    let virgin = solid_properties(row, ply.parts, all.conductivity, with_slope);
-    let capacity = all.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity);
+    let virgin_scale = scale_of(p, 0u);
+    var alike = MixtureSums(
+        times(virgin_scale.conductivity, phases[0], ply.parts),
+        phases[0] * virgin_scale.enthalpy_scale,
+        phases[0],
+    );
+    if ply.rows == 1u {
+        alike = mixture_sums(p, phases, ply.states);
+    }
+    let virgin = solid_properties(row, ply.parts, alike.conductivity, with_slope);
+    let capacity = alike.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity);
     var sum = SolidProperties(virgin.conductivity, virgin.slope, capacity);
     for (var state = 1u; state < ply.rows; state++) {
         let own = scale_of(p, state);
@@ -169,20 +185,23 @@ struct MixtureSums {
     remains: real,
 }
 
+fn state_change(ply: u32, state: u32) -> StateScale {
+    if state == 0u {
+        return scale_of(ply, 0u);
+    }
+    return less(scale_of(ply, state), scale_of(ply, 0u));
+}
+
 fn mixture_sums(ply: u32, of_phases: Phases, states: u32) -> MixtureSums {
     var phases = of_phases;
-    let virgin_scale = scale_of(ply, 0u);
+    let virgin_scale = state_change(ply, 0u);
     let parts = plan.plies[ply].parts;
-    var sum = MixtureSums(
-        times(virgin_scale.conductivity, phases[0], parts),
-        phases[0] * virgin_scale.enthalpy_scale,
-        phases[0],
-    );
+    var sum = MixtureSums(virgin_scale.conductivity, virgin_scale.enthalpy_scale, virgin_scale.remains);
     for (var state = 1u; state < states; state++) {
-        let own = scale_of(ply, state);
-        sum.conductivity = plus(sum.conductivity, times(own.conductivity, phases[state], parts), parts);
-        sum.enthalpy_scale = sum.enthalpy_scale + phases[state] * own.enthalpy_scale;
-        sum.remains = sum.remains + phases[state] * own.remains;
+        let change = state_change(ply, state);
+        sum.conductivity = plus(sum.conductivity, times(change.conductivity, phases[state], parts), parts);
+        sum.enthalpy_scale = sum.enthalpy_scale + phases[state] * change.enthalpy_scale;
+        sum.remains = sum.remains + phases[state] * change.remains;
     }
     return sum;
 }
@@ -200,7 +219,7 @@ fn degree_of_conversion(ply: u32, density: real) -> real {
 }
 
 fn thickness_ratio_of(ply: u32, density: real) -> real {
-    return 1.0 - plan.bulks[ply].shrinkage * degree_of_conversion(ply, density);
+    return 1.0 - (1.0 - density) * (ply_scales[ply].per_loss * plan.bulks[ply].shrinkage);
 }
 
 fn transfer_volume(phases: Phases, path: ReactionPath, moved_fraction: real) -> Phases {

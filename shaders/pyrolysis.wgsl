@@ -22,6 +22,10 @@ fn stiffness_damping(rises_w_m2_k: real, capacity: real, damping_rate_1_s: real)
     return stiff * (stiff / (capacity * damping_rate_1_s + stiff));
 }
 
+fn remaining(before: real, done: DoubleWord) -> real {
+    return difference(DoubleWord(before, 0.0), done);
+}
+
 fn advance_reactions(step: u32, stage: u32) {
     released_heat = 0.0;
     released_heat_ends = array<real, 2>(0.0, 0.0);
@@ -63,14 +67,19 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
     let inverse_step_1_s = 1.0 / step_length_s;
     let growth = next_s * inverse_step_1_s;
     let steepness_k = scale.activation * per_kelvin;
+    let kinetics_s = scale.kinetics * step_length_s;
+    let released_j_kg = scale.loss * gas_here_j_kg;
     var before = real(1.0);
     var inflow = real(0.0);
-    var gas_made = real(0.0);
-    var heat_absorbed = real(0.0);
+    var gas_sum = real(0.0);
+    var heat_sum = real(0.0);
     var solid_released = real(0.0);
-    var heat_slope = real(0.0);
+    var slope_sum = real(0.0);
     var second_stage = virgin();
     var first_stage = virgin();
+    let has_one_path = ply.states == 2u;
+    var second_moved = real(0.0);
+    var first_moved = real(0.0);
     for (var j = ply.first_reaction; j < ply.end_reaction; j++) {
         let place = i * REACTIONS + j - ply.first_reaction;
         let reaction = plan.reactions[j];
@@ -79,49 +88,72 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
         let before_it = advancements[place];
         let is_chained = reaction.chained == 1.0;
         let ahead = select(1.0, before, is_chained);
-        var reactant = opaque(opaque(ahead - before_it.high) - before_it.low);
+        var reactant = remaining(ahead, before_it);
         if is_chained {
             reactant = reactant + 0.5 * inflow;
         }
         reactant = max(reactant, 0.0);
         before = before_it.high;
-        if reaction.idle < steepness || reactant < real(REACTANT_MIN) {
-            inflow = 0.0;
-            let moved_fraction = before_it.high * reaction.share;
-            second_stage = transfer_volume(second_stage, path, moved_fraction);
-            first_stage = transfer_volume(first_stage, path, moved_fraction);
-            continue;
+        var lag = before_it.high;
+        var lead = before_it.high;
+        inflow = 0.0;
+        if reaction.idle >= steepness && reactant >= real(REACTANT_MIN) {
+            let exposure = arrhenius_rate(reaction, temperature_k, kinetics_s, steepness);
+            let used = consumed_share(reactant, exposure, reaction.order);
+            let spent = reactant * used;
+            inflow = spent;
+            let done = add_compensated(before_it, spent);
+            advancements[place] = done;
+            let behind = spent * opaque(real(GAMMA));
+            lag = done.high - behind;
+            lead = done.high + min(behind * growth, (1.0 - done.high) * real(GAMMA));
+            let gas = spent * reaction.loss;
+            let fall_j_kg = state_enthalpies[path.source] - state_enthalpies[path.product];
+            let lost = spent * reaction.share * fall_j_kg;
+            var heat_taken = gas * reaction.heat_j_kg;
+            if is_absolute {
+                heat_taken = gas * released_j_kg - lost;
+            }
+            gas_sum = gas_sum + gas;
+            heat_sum = heat_sum + heat_taken;
+            solid_released = solid_released + lost;
+            slope_sum = slope_sum + heat_taken * ((1.0 - used) * reaction.activation_k);
         }
-        let exposure = step_length_s * arrhenius_rate(reaction, temperature_k, scale.kinetics, steepness);
-        let used = consumed_share(reactant, exposure, reaction.order);
-        let spent = reactant * used;
-        inflow = spent;
-        let done = add_compensated(before_it, spent);
-        advancements[place] = done;
-        let lag = spent * opaque(real(GAMMA));
-        let lead = min(lag * growth, (1.0 - done.high) * real(GAMMA));
-        second_stage = transfer_volume(second_stage, path, (done.high - lag) * reaction.share);
-        first_stage = transfer_volume(first_stage, path, (done.high + lead) * reaction.share);
-        let gas = spent * (reaction.loss * scale.loss);
-        let lost = spent * (reaction.share * (state_enthalpies[path.source] - state_enthalpies[path.product]));
-        var of_reaction = gas * reaction.heat_j_kg;
-        if is_absolute {
-            of_reaction = gas * gas_here_j_kg - lost;
+        lag = lag * reaction.share;
+        lead = lead * reaction.share;
+        if has_one_path {
+            second_moved = second_moved + lag;
+            first_moved = first_moved + lead;
+        } else {
+            second_stage = transfer_volume(second_stage, path, lag);
+            first_stage = transfer_volume(first_stage, path, lead);
         }
-        let heat_taken = scale.pyrolysis_heat * of_reaction;
-        gas_made = gas_made + gas;
-        heat_absorbed = heat_absorbed + heat_taken;
-        solid_released = solid_released + lost;
-        heat_slope = heat_slope + heat_taken * ((1.0 - used) * steepness);
+    }
+    if has_one_path {
+        let path = plan.paths[ply.first_reaction];
+        second_stage = transfer_volume(second_stage, path, second_moved);
+        first_stage = transfer_volume(first_stage, path, first_moved);
     }
     for (var state = 0u; state < ply.states; state++) {
         first_stage_phases[i * STATES + state] = first_stage[state];
         second_stage_phases[i * STATES + state] = second_stage[state];
     }
+    let gas_made = scale.loss * gas_sum;
+    var heat_scale = scale.pyrolysis_heat;
+    if !is_absolute {
+        heat_scale = scale.pyrolysis_heat * scale.loss;
+    }
+    let heat_absorbed = heat_scale * heat_sum;
     let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * inverse_step_1_s;
     let heat_given = opaque(opaque(gas_made * gas_here_j_kg - solid_released) - heat_absorbed);
-    store_stage_sources(i, flux_kg_m2_s * gas_made, flux_kg_m2_s * heat_absorbed, 2.0 * (flux_kg_m2_s * heat_given));
-    heat_slopes[i] = max(flux_kg_m2_s * (heat_slope * per_kelvin), 0.0);
+    let heat_slope = flux_kg_m2_s * (heat_scale * slope_sum * (steepness_k * per_kelvin));
+    store_stage_sources(
+        i,
+        flux_kg_m2_s * gas_made,
+        flux_kg_m2_s * heat_absorbed,
+        2.0 * (flux_kg_m2_s * heat_given),
+        max(heat_slope, 0.0),
+    );
 }
 
 fn gas_source_at(i: u32, stage: u32) -> real {
@@ -135,11 +167,12 @@ fn absorbed_heat_at(i: u32, stage: u32) -> real {
     return select(absorbed_heat[i], mean_absorbed_heat[i], stage == 0u);
 }
 
-fn store_stage_sources(i: u32, gas_made: real, heat_absorbed: real, heat_given: real) {
+fn store_stage_sources(i: u32, gas_made: real, heat_absorbed: real, heat_given: real, heat_slope: real) {
     gas_source[i] = 2.0 * gas_made - mean_gas_source[i];
     absorbed_heat[i] = 2.0 * heat_absorbed - mean_absorbed_heat[i];
     mean_gas_source[i] = gas_made;
     mean_absorbed_heat[i] = heat_absorbed;
+    heat_slopes[i] = heat_slope;
     released_heat = released_heat + heat_given;
     if i == 0u {
         released_heat_ends[0] = heat_given;

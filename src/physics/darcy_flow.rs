@@ -52,11 +52,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for from_back in 0..self.scales.plies.len() {
             let p = self.scales.plies.len() - 1 - from_back;
             let ply = self.plan.plies[p];
+            let reacts = ply.end_reaction > ply.first_reaction;
             for up in 0..(ply.end_cell - ply.first_cell) as usize {
                 let i = ply.end_cell as usize - 1 - up;
-                let here = self.gas_source_at(i, stage);
                 self.gas.mass_fluxes[i] = upward_flux * carries;
-                upward_flux = upward_flux + here;
+                if reacts {
+                    upward_flux = upward_flux + self.gas_source_at(i, stage);
+                }
             }
         }
         self.gas.hot_outflow[stage] = upward_flux;
@@ -193,7 +195,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 self.darcy.pores_at_end[i] = self.pore_state(p, i, 1);
                 let expansion = (self.darcy.pores_at_end[i].storage - self.darcy.pores[i].storage) * inverse_step_1_s;
-                let supply = self.reactions.mean_gas_source[i] - self.darcy.pressures[i].high * expansion;
+                let supply = self.reactions.sources[i].mean_gas - self.darcy.pressures[i].high * expansion;
                 self.darcy.source_corrections[i] = share * (supply - self.darcy.supply[i]);
                 self.darcy.supply[i] = supply;
             }
@@ -285,7 +287,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let storage = self.darcy.pores_at_end[cell].storage;
         let held = storage * self.pressure_increment(cell)
             + (storage - self.darcy.pores[cell].storage) * self.darcy.pressures[cell].high;
-        self.reactions.mean_gas_source[cell] - held * inverse_step_1_s
+        self.reactions.sources[cell].mean_gas - held * inverse_step_1_s
     }
 
     /// Mean Darcy flux of a step through the face under a cell, by both stages, kg/m²/s.

@@ -38,15 +38,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn reads_gas_tables(&self, stage: usize) -> bool {
         GAS && (stage == 0 || self.plan.gas == Some(GasFlowModel::Darcy))
     }
-    /// Extrapolates the gas enthalpy of the first stage to the second.
+    /// Gas enthalpy of a cell at a stage, J/kg. `NodeColumns` does the same on slices.
     #[inline(always)]
-    pub(super) fn extrapolate_gas_enthalpy(&mut self) {
-        let first = &self.thermal.first_increments[..];
-        let gas_j_kg = &mut self.gas.enthalpies_j_kg[..first.len()];
-        let gas_rises = &self.gas.heat_capacities[..first.len()];
-        for i in 0..first.len() {
-            gas_j_kg[i] = gas_j_kg[i] + gas_rises[i] * first[i];
+    pub(super) fn stage_gas_enthalpy(&self, cell: usize, stage: usize) -> R {
+        let start = self.gas.enthalpies_j_kg[cell];
+        if stage == 0 || self.reads_gas_tables(stage) {
+            return start;
         }
+        start + self.gas.heat_capacities[cell] * self.thermal.first_increments[cell]
     }
 
     /// Heat capacity of the gas in the pores of a cell, J/m²/K.
@@ -103,7 +102,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut out = R::from_f64(0.0);
         if self.plan.gas == Some(GasFlowModel::Instantaneous) {
             for i in 0..=last {
-                let leaves = self.gas_source_at(i, stage) * self.gas.enthalpies_j_kg[i];
+                let leaves = self.gas_source_at(i, stage) * self.stage_gas_enthalpy(i, stage);
                 out = out + leaves;
                 if i == 0 {
                     drawn[0] = drawn[0] + leaves;
@@ -113,10 +112,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 }
             }
         } else {
-            out = self.gas.hot_outflow[stage] * self.gas.enthalpies_j_kg[0];
-            drawn[0] = drawn[0] + (out - self.advected_heat(0));
-            let back = self.gas.back_outflow * self.gas.enthalpies_j_kg[last];
-            drawn[1] = drawn[1] + (self.advected_heat(last - 1) + back);
+            out = self.gas.hot_outflow[stage] * self.stage_gas_enthalpy(0, stage);
+            drawn[0] = drawn[0] + (out - self.advected_heat(0, stage));
+            let back = self.gas.back_outflow * self.stage_gas_enthalpy(last, stage);
+            drawn[1] = drawn[1] + (self.advected_heat(last - 1, stage) + back);
             out = out + back;
         }
         self.account_gas_heat(step, stage, out);
@@ -124,12 +123,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         [held[0] * drawn[0], held[1] * drawn[1]]
     }
 
-    /// Heat advected upwards through the face under a cell, W/m².
+    /// Heat advected upwards through the face under a cell at a stage, W/m².
     #[inline(always)]
-    fn advected_heat(&self, cell: usize) -> R {
+    fn advected_heat(&self, cell: usize, stage: usize) -> R {
         self.gas.mass_fluxes[cell]
             * R::constant_from_f64(0.5)
-            * (self.gas.enthalpies_j_kg[cell + 1] + self.gas.enthalpies_j_kg[cell])
+            * (self.stage_gas_enthalpy(cell + 1, stage) + self.stage_gas_enthalpy(cell, stage))
     }
 
     /// Adds the heat that left with the gas, and the heat that reactions released beyond enthalpies, to the balance:

@@ -42,7 +42,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                let density = self.mass_ratio(p, self.current_phases(p, i));
+                let density = self.current_mass_ratio(p, i);
                 let width_m = R::splat(self.rows.cells[i].width_m);
                 lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * (R::from_f64(1.0) - density);
                 let here = degree_of_conversion(density, self.scales.plies[p]);
@@ -83,6 +83,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 fn deepest_crossing<R: Real>(crossing: Crossing<R>, next: Crossing<R>, threshold: R) -> Crossing<R> {
     let one = R::from_f64(1.0);
     let falls = next.upper.ge_mask(threshold) * (one - next.lower.ge_mask(threshold));
+    // One cell in a hundred crosses.
+    if !falls.any_nonzero() {
+        return crossing;
+    }
     let stays = one - falls;
     Crossing {
         upper: stays * crossing.upper + falls * next.upper,

@@ -64,6 +64,24 @@ impl<R: Real> ConductivityParts<R> {
     }
 }
 
+impl<R: Real> StateScale<R> {
+    /// A residue less the virgin material.
+    #[inline(always)]
+    pub fn less(self, virgin: Self) -> Self {
+        let (own, other) = (self.conductivity, virgin.conductivity);
+        Self {
+            conductivity: ConductivityParts {
+                solid: own.solid - other.solid,
+                gas: own.gas - other.gas,
+                radiative: own.radiative - other.radiative,
+            },
+            remains: self.remains - virgin.remains,
+            enthalpy_scale: self.enthalpy_scale - virgin.enthalpy_scale,
+            formation_j_kg: self.formation_j_kg - virgin.formation_j_kg,
+        }
+    }
+}
+
 /// Factors of one member on a state of a ply, per volume of that state in a mixture.
 #[derive(Clone, Copy)]
 pub struct StateScale<R> {

@@ -66,6 +66,21 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         opaque(density)
     }
 
+    /// Mass of a cell over its virgin mass, from the current advancements.
+    #[inline(always)]
+    pub(super) fn current_mass_ratio(&self, ply: usize, cell: usize) -> R {
+        let row = &self.plan.plies[ply];
+        let (first, end) = (row.first_reaction as usize, row.end_reaction as usize);
+        let place = cell * self.plan.max_reactions;
+        let mut lost = R::from_f64(0.0);
+        for (done, reaction) in
+            self.reactions.advancements[place..place + end - first].iter().zip(&self.rows.reactions[first..end])
+        {
+            lost = lost + done.high * R::constant(reaction.loss);
+        }
+        opaque(R::from_f64(1.0) - self.scales.plies[ply].loss * lost)
+    }
+
     /// Emissivity of the ply at a face.
     #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
@@ -160,11 +175,19 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     ) -> SolidProperties<R> {
         let (mass_kg_m3, ply) = (self.scales.plies[p].mass_kg_m3, self.plan.plies[p]);
         let (states, rows, parts) = (ply.states as usize, ply.rows as usize, ply.parts as usize);
-        let alike = if rows == 1 { states } else { 1 };
-        let sum = mixture_sums(&phases[..alike], &self.scales.states[ply.first_state as usize..][..alike], parts);
-        let virgin = solid_properties(row, parts, sum.conductivity, with_slope);
+        let own = &self.scales.states[ply.first_state as usize..][..states];
+        let mut alike = MixtureSums {
+            conductivity: own[0].conductivity.times(phases[0], parts),
+            enthalpy_scale: phases[0] * own[0].enthalpy_scale,
+            remains: phases[0],
+        };
+        if rows == 1 {
+            let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
+            alike = mixture_sums(&phases[..states], &changes, parts);
+        }
+        let virgin = solid_properties(row, parts, alike.conductivity, with_slope);
         let mut sum =
-            SolidProperties { heat_capacity: sum.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity), ..virgin };
+            SolidProperties { heat_capacity: alike.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity), ..virgin };
         for state in 1..MAX_STATES {
             if state < rows {
                 let (volume, own) = (phases[state], self.scale_of(p, state));
@@ -235,17 +258,27 @@ pub(super) struct MixtureSums<R> {
     pub remains: R,
 }
 
-/// The sums over as many states as there are volume fractions.
+/// A residue less the virgin material; for state zero the virgin material itself.
 #[inline(always)]
-pub(super) fn mixture_sums<R: Real>(phases: &[R], own: &[StateScale<R>], parts: usize) -> MixtureSums<R> {
-    let mut conductivity = own[0].conductivity.times(phases[0], parts);
-    let mut stores = phases[0] * own[0].enthalpy_scale;
-    let mut remains = phases[0];
-    for state in 1..phases.len() {
-        let (volume, own) = (phases[state], &own[state]);
-        conductivity = conductivity.plus(own.conductivity.times(volume, parts), parts);
-        stores = stores + volume * own.enthalpy_scale;
-        remains = remains + volume * own.remains;
+pub(super) fn state_change<R: Real>(own: &[StateScale<R>], state: usize) -> StateScale<R> {
+    if state == 0 || state >= own.len() { own[0] } else { own[state].less(own[0]) }
+}
+
+/// The sums over as many states as there are volume fractions, which add up to one, from the changes of each state.
+#[inline(always)]
+pub(super) fn mixture_sums<R: Real>(
+    phases: &[R],
+    changes: &[StateScale<R>; MAX_STATES],
+    parts: usize,
+) -> MixtureSums<R> {
+    let mut conductivity = changes[0].conductivity;
+    let mut stores = changes[0].enthalpy_scale;
+    let mut remains = changes[0].remains;
+    for state in 1..phases.len().min(MAX_STATES) {
+        let (volume, change) = (phases[state], &changes[state]);
+        conductivity = conductivity.plus(change.conductivity.times(volume, parts), parts);
+        stores = stores + volume * change.enthalpy_scale;
+        remains = remains + volume * change.remains;
     }
     MixtureSums { conductivity, enthalpy_scale: stores, remains }
 }
@@ -267,7 +300,7 @@ pub(super) fn degree_of_conversion<R: Real>(density: R, ply: PlyScale<R>) -> R {
 /// Thickness of a cell over its virgin thickness.
 #[inline(always)]
 pub(super) fn thickness_ratio_of<R: Real>(density: R, ply: PlyScale<R>, bulk: BulkProperties<R::Scalar>) -> R {
-    R::from_f64(1.0) - degree_of_conversion(density, ply) * R::constant(bulk.shrinkage)
+    R::from_f64(1.0) - (R::from_f64(1.0) - density) * (ply.per_loss * R::constant(bulk.shrinkage))
 }
 
 /// Volume fractions after a transfer of `moved` from one state to another.

@@ -2,11 +2,12 @@
 
 use super::GAMMA;
 use super::Real;
-use super::compensated::{add_compensated, opaque};
+use super::compensated::{DoubleWord, add_compensated, difference, opaque};
 use super::decomposition::{arrhenius_rate, consumed_share};
 use super::member::Member;
 use super::mixture::transfer_volume;
-use crate::plan::layout::MAX_STATES;
+use super::state::CellSources;
+use crate::plan::layout::{MAX_STATES, ReactionPath};
 use std::ops::Range;
 
 /// Share of a cell's heat capacity at which the stiffness damping of its reaction heat is halved.
@@ -24,6 +25,12 @@ pub(super) const REACTANT_MIN: f64 = 1e-9;
 pub(super) fn stiffness_damping<R: Real>(rises_w_m2_k: R, capacity: R, damping_rate_1_s: R::Constant) -> R {
     let stiff = rises_w_m2_k * R::constant_from_f64(GAMMA);
     stiff * (stiff / (capacity * damping_rate_1_s + stiff))
+}
+
+/// Difference of the advancements of a reaction and of the one before: the remaining reactant.
+#[inline(always)]
+fn remaining<R: Real>(before: R, done: DoubleWord<R>) -> R {
+    difference(DoubleWord { high: before, low: R::from_f64(0.0) }, done)
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
@@ -57,14 +64,53 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             if end == first {
                 continue;
             }
+            self.reaction_exposures(p, step_length_s);
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 self.advance_cell_reactions(p, i, first..end, step_length_s, next_s);
             }
         }
     }
 
+    /// Evaluates the integrals of the rate constants over a step, zero where a reaction is negligible, for all cells of
+    /// a ply. In a pass of their own the exponentials of several cells overlap; within
+    /// [`advance_cell_reactions`](Self::advance_cell_reactions) they would wait for each other.
+    #[inline(always)]
+    fn reaction_exposures(&mut self, p: usize, step_length_s: R::Constant) {
+        let (zero, one, half) = (R::from_f64(0.0), R::from_f64(1.0), R::constant_from_f64(0.5));
+        let (scale, ply, stride) = (self.scales.plies[p], self.plan.plies[p], self.plan.max_reactions);
+        let cells = ply.first_cell as usize..ply.end_cell as usize;
+        let temperatures = &self.thermal.temperatures[cells.clone()];
+        let first = &self.thermal.first_increments[cells.clone()][..temperatures.len()];
+        let per_kelvin = &mut self.reactions.per_kelvin[cells.clone()][..temperatures.len()];
+        for i in 0..temperatures.len() {
+            per_kelvin[i] = one / (temperatures[i].high + first[i] * half);
+        }
+        let kinetics_s = scale.kinetics * step_length_s;
+        let advancements = &self.reactions.advancements[cells.start * stride..cells.end * stride];
+        let exposures = &mut self.reactions.exposures[cells.start * stride..cells.end * stride];
+        for j in 0..(ply.end_reaction - ply.first_reaction) as usize {
+            let reaction = self.rows.reactions[ply.first_reaction as usize + j];
+            for i in 0..temperatures.len() {
+                let steepness = scale.activation * per_kelvin[i] * R::constant(reaction.activation_k);
+                // Two reactions in five have not begun or have ended (benches/LOG.md): their rate is not needed.
+                let mut live = (R::splat(reaction.idle) - steepness).ge_mask(zero);
+                // What a chained reaction consumes depends on the step of the one before.
+                if reaction.chained == R::scalar(0.0) {
+                    live = live * remaining(one, advancements[i * stride + j]).ge_mask(R::from_f64(REACTANT_MIN));
+                }
+                let mut exposure = zero;
+                if live.any_nonzero() {
+                    let temperature_k = temperatures[i].high + first[i] * half;
+                    exposure = arrhenius_rate(reaction, temperature_k, kinetics_s, steepness) * live;
+                }
+                exposures[i * stride + j] = exposure;
+            }
+        }
+    }
+
     /// Reactions of a cell over a step, and its composition for the second stage of this step and the first of the
-    /// next. Midpoint enthalpies are extrapolated from the start, which keeps the order and needs no table read.
+    /// next. Midpoint enthalpies are extrapolated from the start, which keeps the order and needs no table read. What
+    /// all reactions have in common multiplies their sums.
     #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
     fn advance_cell_reactions(
@@ -76,106 +122,113 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         next_s: R::Constant,
     ) {
         let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
-        let (scale, ply, states) = (self.scales.plies[p], self.plan.plies[p], self.plan.max_states);
+        let (scale, ply, states) = (&self.scales.plies[p], &self.plan.plies[p], self.plan.max_states);
         let rise_k = self.thermal.first_increments[i] * R::constant_from_f64(0.5);
-        let temperature_k = self.thermal.temperatures[i].high + rise_k;
         let gas_j_kg = self.gas.enthalpies_j_kg[i] + self.gas.heat_capacities[i] * rise_k;
         let is_absolute = self.rows.bulk_properties[p].absolute == R::scalar(1.0);
+        let rises = &self.reactions.enthalpy_rises[i * states..(i + 1) * states];
         let mut state_enthalpies = [zero; MAX_STATES];
-        let mut risen_j_kg =
-            self.reactions.enthalpy_rises[i * states][0] + self.reactions.enthalpy_rises[i * states][1] * rise_k;
+        let mut risen_j_kg = rises[0][0] + rises[0][1] * rise_k;
         for state in 0..MAX_STATES {
             if state < ply.states as usize {
                 if state > 0 && ply.rows > 1 {
-                    risen_j_kg = self.reactions.enthalpy_rises[i * states + state][0]
-                        + self.reactions.enthalpy_rises[i * states + state][1] * rise_k;
+                    risen_j_kg = rises[state][0] + rises[state][1] * rise_k;
                 }
                 state_enthalpies[state] = self.state_enthalpy(p, state, risen_j_kg);
             }
         }
-        let per_kelvin = one / temperature_k;
+        let per_kelvin = self.reactions.per_kelvin[i];
         let inverse_step_1_s = R::constant_from_f64(1.0) / step_length_s;
         let step_ratio = next_s * inverse_step_1_s;
         let steepness_k = scale.activation * per_kelvin;
+        let released_j_kg = scale.loss * gas_j_kg;
         let (mut before, mut inflow) = (one, zero);
-        let (mut gas_made, mut heat_absorbed, mut solid_released, mut heat_slope) = (zero, zero, zero, zero);
+        let (mut gas_sum, mut heat_sum, mut solid_released, mut slope_sum) = (zero, zero, zero, zero);
         let (mut second_stage, mut first_stage) = (Self::virgin(), Self::virgin());
-        for j in reactions.clone() {
-            let index = i * self.plan.max_reactions + j - reactions.start;
-            let reaction = self.rows.reactions[j];
-            let steepness = steepness_k * R::constant(reaction.activation_k);
-            let done = self.reactions.advancements[index];
-            let path = self.plan.reaction_paths[j];
-            let is_chained = reaction.chained == R::scalar(1.0);
-            let ahead = if is_chained { before } else { one };
-            let mut reactant = opaque(opaque(ahead - done.high) - done.low);
-            if is_chained {
-                // On average, half of the inflow of the step is available.
-                reactant = reactant + inflow * R::constant_from_f64(0.5);
-            }
-            reactant = reactant.max(zero);
-            before = done.high;
-            // Two reactions in five have not begun or have ended (benches/LOG.md): their rate is not needed.
-            let live =
-                (R::splat(reaction.idle) - steepness).ge_mask(zero) * reactant.ge_mask(R::from_f64(REACTANT_MIN));
-            if !live.any_nonzero() {
-                inflow = zero;
-                let moved_fraction = done.high * R::constant(reaction.share);
-                second_stage = transfer_volume(second_stage, path, moved_fraction);
-                first_stage = transfer_volume(first_stage, path, moved_fraction);
-                continue;
-            }
-            let exposure = arrhenius_rate(reaction, temperature_k, scale.kinetics, steepness) * step_length_s;
-            let share = consumed_share(reactant, exposure, reaction.order) * live;
-            let spent = reactant * share;
-            inflow = spent;
-            let done = add_compensated(done, spent);
-            self.reactions.advancements[index] = done;
-            // Extrapolates this step's advancement, by no more than a stage's share of what is left.
-            let lag = spent * R::constant_from_f64(GAMMA);
-            let lead = (lag * step_ratio).min((one - done.high) * R::constant_from_f64(GAMMA));
-            second_stage = transfer_volume(second_stage, path, (done.high - lag) * R::constant(reaction.share));
-            first_stage = transfer_volume(first_stage, path, (done.high + lead) * R::constant(reaction.share));
-            // Per virgin mass of the cell: gas released, and enthalpy lost by the solid.
-            let mut lost = zero;
-            for state in 0..MAX_STATES {
-                if path.source as usize == state {
-                    lost = lost + state_enthalpies[state];
+        let paths = &self.plan.reaction_paths[reactions.clone()];
+        let rows = &self.rows.reactions[reactions][..paths.len()];
+        let exposures = &self.reactions.exposures[i * self.plan.max_reactions..][..paths.len()];
+        let advancements = &mut self.reactions.advancements[i * self.plan.max_reactions..][..paths.len()];
+        // In a ply of two states every reaction turns virgin material into char: one sum a stage is enough.
+        let has_one_path = ply.states == 2;
+        let (mut second_moved, mut first_moved) = (zero, zero);
+        for j in 0..paths.len() {
+            let (reaction, path, done, exposure) = (rows[j], paths[j], advancements[j], exposures[j]);
+            let (mut lag, mut lead) = (done.high, done.high);
+            let (ahead, supply) = (before, inflow);
+            (before, inflow) = (done.high, zero);
+            if exposure.any_nonzero() {
+                let mut reactant = remaining(one, done);
+                if reaction.chained == R::scalar(1.0) {
+                    // On average, half of the inflow of the step is available.
+                    reactant = remaining(ahead, done) + supply * R::constant_from_f64(0.5);
                 }
-                if path.product as usize == state {
-                    lost = lost - state_enthalpies[state];
+                reactant = reactant.max(zero);
+                let mut share = consumed_share(reactant, exposure, reaction.order);
+                if reaction.chained == R::scalar(1.0) {
+                    share = share * reactant.ge_mask(R::from_f64(REACTANT_MIN));
                 }
+                let spent = reactant * share;
+                inflow = spent;
+                let done = add_compensated(done, spent);
+                advancements[j] = done;
+                // Extrapolates this step's advancement, by no more than a stage's share of what is left.
+                let behind = spent * R::constant_from_f64(GAMMA);
+                lag = done.high - behind;
+                lead = done.high + (behind * step_ratio).min((one - done.high) * R::constant_from_f64(GAMMA));
+                // Per virgin mass of the cell: gas released, and enthalpy lost by the solid.
+                let gas = spent * R::constant(reaction.loss);
+                let fall_j_kg = state_enthalpies[path.source as usize] - state_enthalpies[path.product as usize];
+                let lost = spent * R::constant(reaction.share) * fall_j_kg;
+                let heat = if is_absolute { gas * released_j_kg - lost } else { gas * R::constant(reaction.heat_j_kg) };
+                gas_sum = gas_sum + gas;
+                heat_sum = heat_sum + heat;
+                solid_released = solid_released + lost;
+                slope_sum = slope_sum + heat * ((one - share) * R::constant(reaction.activation_k));
             }
-            let gas = spent * (scale.loss * R::constant(reaction.loss));
-            lost = spent * (lost * R::constant(reaction.share));
-            let of_reaction = if is_absolute { gas * gas_j_kg - lost } else { gas * R::constant(reaction.heat_j_kg) };
-            let heat = scale.pyrolysis_heat * of_reaction;
-            gas_made = gas_made + gas;
-            heat_absorbed = heat_absorbed + heat;
-            solid_released = solid_released + lost;
-            heat_slope = heat_slope + heat * ((one - share) * steepness);
+            let (lag, lead) = (lag * R::constant(reaction.share), lead * R::constant(reaction.share));
+            if has_one_path {
+                second_moved = second_moved + lag;
+                first_moved = first_moved + lead;
+            } else {
+                second_stage = transfer_volume(second_stage, path, lag);
+                first_stage = transfer_volume(first_stage, path, lead);
+            }
         }
+        if has_one_path {
+            let path = ReactionPath { source: 0, product: 1 };
+            second_stage = transfer_volume(second_stage, path, second_moved);
+            first_stage = transfer_volume(first_stage, path, first_moved);
+        }
+        let [first_phases, second_phases] = &mut self.reactions.phases;
+        let first_phases = &mut first_phases[i * states..(i + 1) * states];
+        let second_phases = &mut second_phases[i * states..(i + 1) * states];
         for state in 0..MAX_STATES {
             if state < ply.states as usize {
-                self.reactions.phases[0][i * states + state] = first_stage[state];
-                self.reactions.phases[1][i * states + state] = second_stage[state];
+                first_phases[state] = first_stage[state];
+                second_phases[state] = second_stage[state];
             }
         }
+        let gas_made = scale.loss * gas_sum;
+        let heat_scale = if is_absolute { scale.pyrolysis_heat } else { scale.pyrolysis_heat * scale.loss };
+        let heat_absorbed = heat_scale * heat_sum;
         let flux_kg_m2_s = scale.mass_kg_m3 * R::constant(self.rows.cells[i].width_m) * inverse_step_1_s;
         let heat_released = opaque(opaque(gas_made * gas_j_kg - solid_released) - heat_absorbed);
+        let heat_slope = flux_kg_m2_s * (heat_scale * slope_sum * (steepness_k * per_kelvin));
         self.store_stage_sources(
             i,
             flux_kg_m2_s * gas_made,
             flux_kg_m2_s * heat_absorbed,
             (flux_kg_m2_s * heat_released) * R::constant_from_f64(2.0),
+            heat_slope.max(zero),
         );
-        self.reactions.heat_slopes[i] = (flux_kg_m2_s * (heat_slope * per_kelvin)).max(zero);
     }
 
     /// Gas source of a cell at a stage, kg/m²/s.
     #[inline(always)]
     pub(super) fn gas_source_at(&self, i: usize, stage: usize) -> R {
-        if stage == 0 { self.reactions.mean_gas_source[i] } else { self.reactions.gas_source[i] }
+        let sources = &self.reactions.sources[i];
+        if stage == 0 { sources.mean_gas } else { sources.gas }
     }
 
     /// Heat absorbed by a cell's reactions at a stage, W/m².
@@ -184,22 +237,28 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if !GAS {
             return R::from_f64(0.0);
         }
-        if stage == 0 { self.reactions.mean_absorbed_heat[i] } else { self.reactions.absorbed_heat[i] }
+        let sources = &self.reactions.sources[i];
+        if stage == 0 { sources.mean_absorbed_heat } else { sources.absorbed_heat }
     }
 
     /// Second-stage values from the means of the step, such that both stages have that mean.
     #[inline(always)]
-    fn store_stage_sources(&mut self, i: usize, gas_made: R, heat_absorbed: R, heat_released: R) {
+    fn store_stage_sources(&mut self, i: usize, gas_made: R, heat_absorbed: R, heat_released: R, heat_slope: R) {
         let two = R::constant_from_f64(2.0);
-        self.reactions.gas_source[i] = gas_made * two - self.reactions.mean_gas_source[i];
-        self.reactions.absorbed_heat[i] = heat_absorbed * two - self.reactions.mean_absorbed_heat[i];
-        self.reactions.mean_gas_source[i] = gas_made;
-        self.reactions.mean_absorbed_heat[i] = heat_absorbed;
+        let last = self.reactions.sources.len() - 1;
+        let sources = &mut self.reactions.sources[i];
+        *sources = CellSources {
+            gas: gas_made * two - sources.mean_gas,
+            absorbed_heat: heat_absorbed * two - sources.mean_absorbed_heat,
+            mean_gas: gas_made,
+            mean_absorbed_heat: heat_absorbed,
+            heat_slope,
+        };
         self.reactions.released_heat = self.reactions.released_heat + heat_released;
         if i == 0 {
             self.reactions.released_heat_ends[0] = heat_released;
         }
-        if i == self.reactions.gas_source.len() - 1 {
+        if i == last {
             self.reactions.released_heat_ends[1] = heat_released;
         }
     }

@@ -3,7 +3,7 @@
 use super::Real;
 use super::compensated::DoubleWord;
 use super::gas::PoreState;
-use super::material::{PlyScale, StateScale};
+use super::material::{ConductivityParts, PlyScale, StateScale};
 use super::surface_flux::FaceScale;
 use crate::plan::layout::{BoundaryForcing, HEAT_TOTALS};
 use crate::plan::{GasFlowModel, Plan, layout::PlanData};
@@ -82,6 +82,26 @@ pub(super) struct SensorState<R> {
     pub(super) beads: Vec<DoubleWord<R>>,
 }
 
+/// Factors of a cell's composition on the properties in its table row.
+#[derive(Clone, Copy)]
+pub(super) struct Mixture<R> {
+    pub(super) conductivity: ConductivityParts<R>,
+    /// Heat capacity per unstretched volume over that of the row, kg/m³.
+    pub(super) density_kg_m3: R,
+}
+
+/// Sources of a cell by its reactions.
+#[derive(Clone, Copy)]
+pub(super) struct CellSources<R> {
+    /// Gas source (kg/m²/s) and heat absorbed (W/m²): at the second stage, and mean of the last step.
+    pub(super) gas: R,
+    pub(super) absorbed_heat: R,
+    pub(super) mean_gas: R,
+    pub(super) mean_absorbed_heat: R,
+    /// Slope of the heat absorbed, by the temperature of the cell, W/m²/K.
+    pub(super) heat_slope: R,
+}
+
 /// Advancements of the reactions and their sources of gas and heat.
 pub(super) struct ReactionState<R> {
     /// Cell × reaction.
@@ -90,14 +110,12 @@ pub(super) struct ReactionState<R> {
     pub(super) phases: [Vec<R>; 2],
     /// Cell × state with table rows: enthalpy rise at the first stage (J/kg) and heat capacity (J/kg/K).
     pub(super) enthalpy_rises: Vec<[R; 2]>,
-    /// Gas source of a cell (kg/m²/s) and heat absorbed by its reactions (W/m²): at the second stage, and mean of the
-    /// last step.
-    pub(super) gas_source: Vec<R>,
-    pub(super) absorbed_heat: Vec<R>,
-    pub(super) mean_gas_source: Vec<R>,
-    pub(super) mean_absorbed_heat: Vec<R>,
-    /// Slope of the heat absorbed by a cell's reactions, by its temperature, W/m²/K.
-    pub(super) heat_slopes: Vec<R>,
+    pub(super) sources: Vec<CellSources<R>>,
+    /// Of the current step. Per cell: reciprocal temperature at mid-step, 1/K; cell × reaction: integral of the rate
+    /// constant; per cell: mixture at this stage.
+    pub(super) per_kelvin: Vec<R>,
+    pub(super) exposures: Vec<R>,
+    pub(super) mixtures: Vec<Mixture<R>>,
     /// Heat released by reactions beyond the enthalpies they consume, at a stage: in total, and in the end cells, W/m².
     pub(super) released_heat: R,
     pub(super) released_heat_ends: [R; 2],
@@ -221,11 +239,25 @@ impl<R: Real> ReactionState<R> {
             advancements: vec![zero_pair(); plan.cells() * plan.max_reactions],
             phases: [0, 1].map(|_| (0..cells * plan.max_states).map(is_virgin).collect()),
             enthalpy_rises: vec![[zero; 2]; cells * plan.max_states],
-            gas_source: vec![zero; cells],
-            absorbed_heat: vec![zero; cells],
-            mean_gas_source: vec![zero; cells],
-            mean_absorbed_heat: vec![zero; cells],
-            heat_slopes: vec![zero; cells],
+            sources: vec![
+                CellSources {
+                    gas: zero,
+                    absorbed_heat: zero,
+                    mean_gas: zero,
+                    mean_absorbed_heat: zero,
+                    heat_slope: zero
+                };
+                cells
+            ],
+            per_kelvin: vec![zero; cells],
+            exposures: vec![zero; cells * plan.max_reactions],
+            mixtures: vec![
+                Mixture {
+                    conductivity: ConductivityParts { solid: zero, gas: zero, radiative: zero },
+                    density_kg_m3: zero
+                };
+                cells
+            ],
             released_heat: zero,
             released_heat_ends: [zero; 2],
         }

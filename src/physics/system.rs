@@ -178,7 +178,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if GAS && self.plan.plies[at.ply].end_reaction > self.plan.plies[at.ply].first_reaction {
             let damping_rate_1_s = inverse_step_1_s * R::constant_from_f64(DAMPING_SHARE);
             row.diagonal = row.diagonal
-                + stiffness_damping(self.reactions.heat_slopes[at.cell], node.properties.capacity, damping_rate_1_s);
+                + stiffness_damping(
+                    self.reactions.sources[at.cell].heat_slope,
+                    node.properties.capacity,
+                    damping_rate_1_s,
+                );
         }
         if let Some(face) = at.face {
             let (passed, slopes) =
