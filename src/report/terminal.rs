@@ -39,9 +39,7 @@ pub fn screen(answers: &Answers) -> String {
         lines.extend(last);
     }
     let warnings = warnings::all(answers);
-    // At least one line says that there are warnings.
-    lines.truncate(if warnings.is_empty() { LINES } else { LINES - 1 });
-    let left = LINES - lines.len();
+    let left = LINES.saturating_sub(lines.len());
     let mut shown = Vec::new();
     for (index, warning) in warnings.iter().enumerate() {
         let wrapped = wrap("! ", warning);
@@ -54,6 +52,7 @@ pub fn screen(answers: &Answers) -> String {
         shown.extend(wrapped);
     }
     lines.extend(shown);
+    lines.truncate(LINES);
     lines.iter().map(|line| truncate_line(line) + "\n").collect()
 }
 

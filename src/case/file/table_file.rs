@@ -100,7 +100,7 @@ impl TimeColumn {
     /// A time of the clock with the offset, s; 0 where the sum is below their rounding.
     fn shifted_s(self, clock_s: f64) -> f64 {
         let time_s = clock_s + self.offset_s;
-        if time_s.abs() <= 4.0 * f64::EPSILON * clock_s.abs() { 0.0 } else { time_s }
+        if time_s.abs() < 4.0 * f64::EPSILON * clock_s.abs() { 0.0 } else { time_s }
     }
 }
 
