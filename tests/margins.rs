@@ -347,11 +347,11 @@ fn sizing_takes_the_limit_of_the_case_unless_the_command_has_one() {
         summary(&scratch, "sized")["sizing"].clone()
     };
     let (stated, same, named) = (size(""), size("--limit TC2<420K"), size("--limit TC2"));
-    assert_eq!((&stated["sensor"], &stated["limit_k"]), (&"TC2".into(), &420.0.into()));
+    assert_eq!((&stated["part"], &stated["limit_k"]), (&"TC2".into(), &420.0.into()));
     assert_eq!(stated, same);
     assert_eq!(stated, named);
     assert_ne!(stated, size("--limit TC2<430K"));
     run(&scratch, "size c --ply BASE --limit TC1 -n 400").exited_with(2).with_stderr(&["expected PART < TEMPERATURE"]);
     scratch.write("d/case.toml", crate::cli::CASE);
-    run(&scratch, "size d --ply BASE -n 400").exited_with(2).with_stderr(&["no sensor has a `limit` in the case"]);
+    run(&scratch, "size d --ply BASE -n 400").exited_with(2).with_stderr(&["no part has a limit in the case"]);
 }

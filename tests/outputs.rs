@@ -219,7 +219,8 @@ fn written() -> &'static Written {
         let (before, rest) = CASE.split_once("kind = \"heated\"").expect("a hot face");
         let (_, rest) = rest.split_once("[[factor]]").expect("its end");
         let held = "kind = \"held\"\ntemperature = { points = [[\"0 s\", \"300 K\"], [\"20 s\", \"400 K\"]], \
-                    outside = \"hold\", noise = \"1 K\" }\n\n[[factor]]";
+                    outside = \"hold\", noise = \"1 K\", pyrometer = { wavelength = \"1.6 um\", emissivity = 0.9, \
+                    face_emissivity = 0.8, face_emissivity_deviation = 0.05 } }\n\n[[factor]]";
         let heating = "[[factor]]\nname = \"f_q\"\nproperty = \"heating\"\nsmall = [0.9, 1.1]\n";
         scratch.write("held/case.toml", format!("{before}{held}{rest}").replacen(heating, "", 1));
         written.run(&scratch, "twin bare --noise 1K", &["bare"]);

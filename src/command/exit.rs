@@ -94,7 +94,7 @@ fn message_with_flag(error: &InputError) -> String {
         "members" => "-n",
         "part" => "--members",
         "data_sets" => "--study",
-        "sensor" | "limit_k" => "--limit",
+        "limit_k" => "--limit",
         "thickness_range_m" => "--thickness-range",
         "profiles" => "--profile",
         "noise_k" => "--noise",

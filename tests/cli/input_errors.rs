@@ -158,7 +158,10 @@ fn invalid_arguments_are_reported_with_the_expected_value() {
         ("twin c --study 1", "--study 1: expected at least 2 data sets"),
         ("twin c --study 5 --truth f_k=1", "cannot be used with"),
         ("size c --ply BASE --limit TC2", "--limit \"TC2\": expected PART < TEMPERATURE"),
-        ("size c --ply BASE --limit TC9<400K", "--limit: no sensor is called \"TC9\"; there are TC1, TC2"),
+        (
+            "size c --ply BASE --limit TC9<400K",
+            "--limit: no sensor, ply or interface is called \"TC9\"; there are TC1, TC2, TOP",
+        ),
         ("size c --ply FELT --limit TC2<400K", "no ply or group is named \"FELT\"; the names are BASE, INS, OF, TOP"),
         (
             "size c --ply BASE --limit TC2<400K --probability 1",

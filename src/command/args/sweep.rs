@@ -60,7 +60,8 @@ pub(crate) struct SizeArgs {
     #[arg(long)]
     pub ply: String,
     /// Limit of the peak temperature of a sensor, of a ply (hottest point) or of an interface (hotter face), as "TC4 <
-    /// 623 K" or "INS2/GB < 623 K", or "TC4" with its limit in the case [default: the one limit of the case]
+    /// 623 K" or "INS2/GB < 623 K", or "TC4" with its limit in the case [default: the one sensor with a limit in the
+    /// case, or else its one limit]
     #[arg(long)]
     pub limit: Option<String>,
     /// Required probability that a member stays below the limit

@@ -1,7 +1,7 @@
 //! Options of sizing.
 
 use super::{UncertaintyOptions, is_positive};
-use crate::case::{Case, LimitedPart};
+use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::session::error::{InputError, SessionError, index_of};
 use crate::study::proportion::min_draws_for_upper_bound;
 use crate::study::size::SizingRequirement;
@@ -37,13 +37,16 @@ impl SizeOptions {
         }
     }
 
-    /// The limit that a case states for a part, which 99 % of 5,000 members must stay below; without a name the one
-    /// limit of the case.
+    /// The limit that a case states for a part, which 99 % of 5,000 members must stay below; without a name that of the
+    /// one sensor with a limit, or the one limit of a case without such a sensor.
     ///
     /// # Errors
     /// When no such part, or more than one, has a limit in the case.
     pub fn with_stated_limit(ply: impl Into<String>, case: &Case, part: Option<&str>) -> Result<Self, SessionError> {
-        let limits = case.limits.iter().map(|limit| (limit.part.name(&case.layup, &case.sensors), limit.limit_k));
+        let is_sensor = |limit: &&TemperatureLimit| matches!(limit.part, LimitedPart::Sensor(_));
+        let sensors_alone = part.is_none() && case.limits.iter().any(|limit| is_sensor(&limit));
+        let limits = case.limits.iter().filter(|limit| !sensors_alone || is_sensor(limit));
+        let limits = limits.map(|limit| (limit.part.name(&case.layup, &case.sensors), limit.limit_k));
         let stated: Vec<(String, f64)> = limits.filter(|(name, _)| part.is_none_or(|part| part == name)).collect();
         if let [(part, limit_k)] = &stated[..] {
             return Ok(Self::new(ply, part, *limit_k));
@@ -71,7 +74,7 @@ impl SizeOptions {
         let parts = LimitedPart::all(&case.layup, &case.sensors);
         let names: Vec<String> = parts.iter().map(|part| part.name(&case.layup, &case.sensors)).collect();
         let names = names.iter().map(String::as_str);
-        let part = parts[index_of(names, &self.part, "part", "sensor, ply or interface")?];
+        let part = parts[index_of(names, &self.part, "limit_k", "sensor, ply or interface")?];
         if !is_positive(limit_k) {
             return Err(
                 InputError::for_option("limit_k", format!(" {limit_k}: expected a temperature above 0 K")).into()
