@@ -111,7 +111,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Reactions of a cell over a step, and its composition for the second stage of this step and the first of the
     /// next. Midpoint enthalpies are extrapolated from the start, which keeps the order and needs no table read. What
     /// all reactions have in common multiplies their sums.
-    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
     fn advance_cell_reactions(
         &mut self,
