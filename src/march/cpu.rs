@@ -300,7 +300,7 @@ pub fn cell_states(plan: &Plan, ensemble: &Ensemble, member: usize) -> [Vec<Vec<
     let mut cells = marched[0].cell_states.chunks(plan.records.max(1)).map(|records| match &plan.interpolation {
         None => records.to_vec(),
         Some(readout) => {
-            let mut readings = Vec::with_capacity(readout.instant_count());
+            let mut readings = vec![0.0; readout.instant_count()];
             readout.interpolate(records, &mut readings);
             readings
         }

@@ -14,6 +14,7 @@ use crate::plan::Plan;
 use crate::plan::pyrometer_readings::TraceRows;
 use crate::traces::{MemberStatus, Traces};
 use monitor::Monitor;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Floating-point precision of a march.
@@ -249,6 +250,9 @@ fn trace_rows(plan: &Plan, ensemble: &Ensemble, members: Range<usize>, derivativ
     }
 }
 
+/// Traces that a task interpolates at least: some ten microseconds.
+const TRACES_PER_TASK: usize = 16;
+
 /// Readings at the instants of a plan: interpolated from records at its steps, prescribed on held faces, and of
 /// pyrometers.
 fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
@@ -256,8 +260,12 @@ fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
         None => records,
         Some(readout) => {
             let read = |records_of: &[f64]| {
-                let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.instant_count());
-                records_of.chunks_exact(plan.records).for_each(|records| readout.interpolate(records, &mut readings));
+                let instants = readout.instant_count();
+                let mut readings = vec![0.0; records_of.len() / plan.records * instants];
+                let traces = records_of.par_chunks_exact(plan.records).zip(readings.par_chunks_exact_mut(instants));
+                traces
+                    .with_min_len(TRACES_PER_TASK)
+                    .for_each(|(records, readings)| readout.interpolate(records, readings));
                 readings
             };
             Traces {

@@ -11,6 +11,7 @@ use super::{Backend, March, MarchError, PendingBatch};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::{Balance, Gauge, MemberStatus, Traces};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A march with Richardson extrapolation over both resolutions of a plan.
@@ -111,9 +112,15 @@ fn extrapolate(fine: Traces, coarse: &Traces) -> Traces {
 /// ply, possibly an instant earlier at one resolution.
 const FRONT_JUMP_M: f64 = 0.3e-3;
 
-fn combine(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> Traces {
+/// Values that a task extrapolates at least: some ten microseconds.
+const VALUES_PER_TASK: usize = 1 << 14;
+
+fn combine(mut fine: Traces, coarse: &Traces, beyond: impl Fn(f64, f64) -> f64 + Copy + Sync) -> Traces {
     let all = |fine: &mut [f64], coarse: &[f64]| {
-        fine.iter_mut().zip(coarse).for_each(|(fine, &coarse)| *fine = beyond(*fine, coarse));
+        let tasks = fine.par_chunks_mut(VALUES_PER_TASK).zip(coarse.par_chunks(VALUES_PER_TASK));
+        tasks.for_each(|(fine, coarse)| {
+            fine.iter_mut().zip(coarse).for_each(|(fine, &coarse)| *fine = beyond(*fine, coarse));
+        });
     };
     all(&mut fine.temperatures_k, &coarse.temperatures_k);
     all(&mut fine.limited_k, &coarse.limited_k);

@@ -59,11 +59,11 @@ impl RecordInterpolation {
         self.stencils.iter().flatten().map(|&(record, _)| record).max().unwrap_or_default()
     }
 
-    /// Append to `readings` the readings at all instants, from the records of one sensor.
-    pub fn interpolate(&self, records: &[f64], readings: &mut Vec<f64>) {
-        readings.extend(
-            self.stencils.iter().map(|taps| taps.iter().map(|&(record, weight)| weight * records[record]).sum::<f64>()),
-        );
+    /// The readings at all instants, from the records of one sensor, into `readings`, one value per instant.
+    pub fn interpolate(&self, records: &[f64], readings: &mut [f64]) {
+        for (reading, taps) in readings.iter_mut().zip(&self.stencils) {
+            *reading = taps.iter().map(|&(record, weight)| weight * records[record]).sum::<f64>();
+        }
     }
 }
 
@@ -88,7 +88,7 @@ mod tests {
 
     fn read(times_s: &[f64], corners_s: &[f64], instants_s: &[f64], of: impl Fn(f64) -> f64) -> Vec<f64> {
         let records: Vec<f64> = times_s.iter().map(|&time_s| of(time_s)).collect();
-        let mut readings = Vec::new();
+        let mut readings = vec![0.0; instants_s.len()];
         RecordInterpolation::new(times_s, corners_s, instants_s).interpolate(&records, &mut readings);
         readings
     }

@@ -40,16 +40,7 @@ pub(super) fn chart(
     drawn.figures();
     let frame = drawn.frame();
 
-    let row_of = |value: f64| ((high - value) / (high - low) * (rows - 1) as f64).round() as usize;
-    let mut names = vec![String::new(); rows];
-    for curve in curves {
-        let Some(&(_, last)) = curve.points.last() else { continue };
-        // If the row is taken, the name moves down to the next free one.
-        let free = (row_of(last)..rows).find(|&row| names[row].is_empty());
-        if let Some(row) = free.or_else(|| (0..rows).rev().find(|&row| names[row].is_empty())) {
-            names[row].clone_from(&curve.name);
-        }
-    }
+    let names = names(curves, rows, |value| ((high - value) / (high - low) * (rows - 1) as f64).round() as usize);
     let mut text = String::new();
     for (row, (line, name)) in frame.lines().zip(&names).enumerate() {
         let label = match row {
@@ -67,4 +58,42 @@ pub(super) fn chart(
     text += &format!("{:>LEFT$} └{}\n", "", "─".repeat(ACROSS));
     text += format!("{:>LEFT$}  {left:<6.0}{middle}{right:>6.0}\n", "").as_str();
     text
+}
+
+/// The name of each curve in the row of its last value, in the order of these values; further down or up where rows are
+/// taken. Names that have no row are counted in the last.
+fn names(curves: &[Curve], rows: usize, row_of: impl Fn(f64) -> usize) -> Vec<String> {
+    let mut ends: Vec<(f64, &str)> =
+        curves.iter().filter_map(|curve| Some((curve.points.last()?.1, curve.name.as_str()))).collect();
+    ends.sort_by(|one, other| other.0.total_cmp(&one.0));
+    let mut names = vec![String::new(); rows];
+    let shown = if ends.len() > rows { rows - 1 } else { ends.len() };
+    let mut next = 0;
+    for (place, (last, name)) in ends[..shown].iter().enumerate() {
+        // As many rows are left free below as names follow.
+        let row = row_of(*last).min(rows - (ends.len().min(rows) - place)).max(next);
+        (names[row], next) = ((*name).to_owned(), row + 1);
+    }
+    if let Some(hidden @ 1..) = ends.len().checked_sub(shown) {
+        names[rows - 1] = format!("+ {hidden} more");
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ending_at(name: &str, last: f64) -> Curve {
+        Curve { name: name.to_owned(), points: vec![(0.0, 0.0), (1.0, last)] }
+    }
+
+    #[test]
+    fn every_curve_has_its_name_in_the_order_of_the_last_values() {
+        let curves = [ending_at("low", 0.1), ending_at("middle", 0.5), ending_at("lower", 0.0), ending_at("high", 0.55)];
+        let row_of = |value: f64| ((1.0 - value) * 3.0).round() as usize;
+        assert_eq!(names(&curves, 4, row_of), ["high", "middle", "low", "lower"]);
+        assert_eq!(names(&curves, 3, |_| 2), ["high", "middle", "+ 2 more"]);
+        assert_eq!(names(&curves[..2], 4, row_of), ["", "", "middle", "low"]);
+    }
 }

@@ -167,6 +167,15 @@ fn warning(answers: &Answers, channel: &Channel) -> Option<String> {
     (!texts.is_empty()).then(|| format!("{}: {}.", name(answers, channel), texts.join("; ")))
 }
 
+/// `2 spikes`, `stuck`, `open 3 times`.
+fn counted_flags(kind: FlagKind, number: usize) -> String {
+    match kind {
+        FlagKind::Gap | FlagKind::Spike => format::counted(number, kind.name()),
+        _ if number == 1 => kind.name().to_owned(),
+        _ => format!("{} {number} times", kind.name()),
+    }
+}
+
 fn flags_text(kind: FlagKind, flags: &[&Flag]) -> Option<String> {
     let first = flags.first()?;
     let worst = flags.iter().max_by_key(|flag| flag.samples).unwrap_or(first);
@@ -262,7 +271,7 @@ fn page(answers: &Answers, outcome: &ObservationCheck) -> String {
     let channel = |channel: &Channel| {
         let count = |kind: FlagKind| channel.flags.iter().filter(|flag| flag.kind == kind).count();
         let flags = FlagKind::ALL.into_iter().filter(|kind| count(*kind) > 0);
-        let flags: Vec<String> = flags.map(|kind| format!("{} {}", count(kind), kind.name())).collect();
+        let flags: Vec<String> = flags.map(|kind| counted_flags(kind, count(kind))).collect();
         vec![
             name(answers, channel).to_owned(),
             channel.heading.clone().unwrap_or_else(|| "in the case file".to_owned()),

@@ -1,6 +1,6 @@
 //! Monte Carlo uncertainty of the prediction, and its attribution to factors.
 
-use super::margins::{MarginReader, MarginSamples, MarginStatistics};
+use super::margins::{Margin, MarginReader, MarginSamples, MarginStatistics};
 use super::nominal::{Peak, Prediction};
 use super::simultaneous_band::{COVERAGE_PERCENT, Envelope, SimultaneousBand, TraceCoverage};
 use super::statistics::{Accumulator, BLOCK, SensitivityIndices};
@@ -9,6 +9,7 @@ use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
 use crate::march::{March, MarchError, march_members};
 use crate::plan::Plan;
 use crate::traces::{MemberStatus, Traces};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -148,6 +149,23 @@ pub struct SweepStatistics {
     failures: BTreeMap<String, (usize, usize)>,
 }
 
+/// Outputs of a trace beside its temperatures: the peak, its time, and the largest deviation from the nominal trace.
+const OUTPUTS_PER_TRACE: usize = 3;
+
+/// The outputs of a member: temperatures, sensor × instant; then peaks, times of the peaks, and largest deviations, one
+/// per sensor each.
+fn member_outputs(traces: &Traces, member: usize, instants_s: &[f64], coverage: &TraceCoverage, outputs: &mut [f64]) {
+    let (temperatures_k, of_sensors) = outputs.split_at_mut(traces.sensors * traces.instants);
+    temperatures_k.copy_from_slice(traces.member(member));
+    let (peaks_k, rest) = of_sensors.split_at_mut(traces.sensors);
+    let (times_s, deviations) = rest.split_at_mut(traces.sensors);
+    for (sensor, (peak_k, time_s)) in peaks_k.iter_mut().zip(times_s).enumerate() {
+        let peak = Peak::of(traces.trace(member, sensor), instants_s);
+        (*peak_k, *time_s) = (peak.temperature_k, peak.time_s);
+    }
+    deviations.iter_mut().zip(coverage.max_deviations(traces.member(member))).for_each(|(at, largest)| *at = largest);
+}
+
 /// March the members of a sweep. `watch` receives each batch of traces with its ensemble; only the statistics are
 /// stored.
 ///
@@ -194,33 +212,34 @@ impl SweepStatistics {
         members: Range<usize>,
         watch: &mut dyn FnMut(&Self, &Ensemble, &Traces),
     ) -> Result<(), MarchError> {
-        let (mut outputs, mut factors, mut is_complete) = (Vec::new(), Vec::new(), Vec::new());
         let reader = MarginReader::new(case, plan);
+        let (mut outputs, has_limits) = (Vec::new(), !self.margins.is_empty());
         let marched = march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
-            for member in 0..traces.members() {
-                outputs.extend(traces.member(member));
-                let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));
-                let peaks: Vec<Peak> = peaks.collect();
-                outputs.extend(peaks.iter().map(|peak| peak.temperature_k));
-                outputs.extend(peaks.iter().map(|peak| peak.time_s));
-                outputs.extend(self.traces.max_deviations(traces.member(member)));
-                if traces.statuses[member] == MemberStatus::Completed {
-                    self.traces.store(traces.first + member, traces.member(member));
-                    if !self.margins.is_empty() {
-                        self.margins.add(&reader.read(&traces, member), traces.balances[member].hot_in_j_m2);
+            let width = traces.sensors * (traces.instants + OUTPUTS_PER_TRACE);
+            for first in (0..traces.members()).step_by(BLOCK) {
+                let block = first..(first + BLOCK).min(traces.members());
+                outputs.resize(block.len() * width, 0.0);
+                // Without sensors there are no outputs.
+                outputs.par_chunks_mut(width.max(1)).enumerate().for_each(|(member, outputs)| {
+                    member_outputs(&traces, block.start + member, &plan.instants_s, &self.traces, outputs);
+                });
+                let is_complete = |member: usize| traces.statuses[member] == MemberStatus::Completed;
+                let margins = |member| if has_limits && is_complete(member) { reader.read(&traces, member) } else { Vec::new() };
+                let margins: Vec<Vec<Margin>> = block.clone().into_par_iter().map(margins).collect();
+                for (member, margins) in block.clone().zip(&margins) {
+                    if is_complete(member) {
+                        self.traces.store(traces.first + member, traces.member(member));
+                        if has_limits {
+                            self.margins.add(margins, traces.balances[member].hot_in_j_m2);
+                        }
+                    }
+                    if let Some(reason) = failure_reason(case, &traces.statuses[member]) {
+                        self.add_failure(reason, 1, traces.first + member);
                     }
                 }
-                factors.extend(ensemble.member(traces.first + member));
-                is_complete.push(traces.statuses[member] == MemberStatus::Completed);
-                if let Some(reason) = failure_reason(case, &traces.statuses[member]) {
-                    self.add_failure(reason, 1, traces.first + member);
-                }
-                if is_complete.len() == BLOCK || member + 1 == traces.members() {
-                    self.accumulator.add_block(&outputs, &factors, &is_complete);
-                    outputs.clear();
-                    factors.clear();
-                    is_complete.clear();
-                }
+                let is_complete: Vec<bool> = block.clone().map(is_complete).collect();
+                let factors: Vec<f64> = block.flat_map(|member| ensemble.member(traces.first + member)).collect();
+                self.accumulator.add_block(&outputs, &factors, &is_complete);
             }
             watch(self, ensemble, &traces);
         });
