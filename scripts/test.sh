@@ -65,11 +65,12 @@ done
 say 'format'
 cargo fmt --check
 say 'lints'
-cargo clippy --profile work --all-targets -- -D warnings
+# With the Python package, so that every build below has the same features of dependencies, which are then built once.
+cargo clippy --profile work --workspace --all-targets -- -D warnings
 for features in '' gpu serde report xlsx gpu,report; do
     cargo clippy --profile work --lib --no-default-features --features "$features" -- -D warnings
 done
-cargo clippy --profile work --benches --features internals -- -D warnings
+cargo clippy --profile work --workspace --benches --features bondline/internals -- -D warnings
 cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json|calamine) ' &&
     fail 'the library without features depends on crates of devices, reports, workbooks or the command'
 say 'dependencies: licences, bans, sources'
@@ -89,15 +90,14 @@ else
     say 'advisories are not checked: their database at github.com/RustSec/advisory-db cannot be reached'
 fi
 say 'tests'
-cargo test --profile work
+cargo test --profile work --workspace
 say 'Python package'
-cargo clippy --profile work -p bondline-python -- -D warnings
 scripts/python.sh
 if "$all"; then
     say 'Slurm'
     command -v slurmctld >/dev/null && command -v slurmd >/dev/null && command -v munged >/dev/null ||
         install 'Slurm' slurmctld slurmd slurm-client munge
-    cargo build --profile work --bin bondline
+    cargo build --profile work --workspace --bin bondline
     scripts/slurm.sh
     say 'ARM'
     rustup target add aarch64-unknown-linux-gnu
@@ -113,9 +113,10 @@ if "$all"; then
         case::factor case::estimation case::exposure statistics::histogram
 fi
 say 'documentation'
-RUSTDOCFLAGS='-D warnings' cargo doc --profile work --no-deps
+RUSTDOCFLAGS='-D warnings' cargo doc --profile work --workspace --lib --no-deps
 # JSON of the documentation is not stable yet; its format is that of the toolchain at hand.
-RUSTC_BOOTSTRAP=1 cargo rustdoc --profile work --lib --quiet -- -Z unstable-options --output-format json
+RUSTC_BOOTSTRAP=1 RUSTDOCFLAGS='-Z unstable-options --output-format json' \
+    cargo doc --profile work --workspace --lib --no-deps --quiet
 python3 scripts/public_api.py "${CARGO_TARGET_DIR:-target}/doc/bondline.json" docs/reference/public-api.txt
 scripts/docs.sh $check
 say 'all passed'

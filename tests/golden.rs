@@ -5,11 +5,14 @@
 
 use crate::support::{DOUBLE_K, case, cases, modified, root};
 use bondline::adapt::adapt;
-use bondline::case::Case;
-use bondline::march::Precision;
-use bondline::march::cpu::Cpu;
+use bondline::case::{Bounds, Case};
+use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::march::cpu::{Cpu, InstructionSet};
 use bondline::march::richardson::RichardsonMarch;
+use bondline::march::{March, Precision};
+use bondline::plan::Plan;
 use bondline::study::nominal::{Prediction, nominal};
+use bondline::traces::Traces;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -111,5 +114,31 @@ fn the_slab_matches_its_exact_solution_within_ten_millikelvin() {
     for (seen, misfit) in case.observations().iter().zip(&outcome.misfits) {
         let name = &case.sensors()[seen.sensor].name;
         assert!(misfit.samples > 70 && misfit.worst_k.abs() < 0.01, "{name}: {misfit:?}");
+    }
+}
+
+/// Sweeps march in vectors, a nominal march does not; nine members fill neither eight nor four lanes.
+#[test]
+fn every_instruction_set_of_the_processor_gives_the_same_traces_of_every_case() {
+    let is_same = |one: &Traces, other: &Traces| {
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<u64>>();
+        bits(&one.temperatures_k) == bits(&other.temperatures_k) && bits(&one.gauges) == bits(&other.gauges)
+    };
+    for case in cases() {
+        let plan = Plan::new(&case);
+        let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
+        let ensemble = Ensemble::sample(case.factors(), Bounds::Small, &sampling, 9);
+        let marched = InstructionSet::available().into_iter().map(|instruction_set| {
+            let mut march = Cpu::new(Precision::F64).with_instruction_set(instruction_set);
+            (instruction_set.name(), march.march(&plan, &ensemble, 0..9).expect("the CPU backend does not fail"))
+        });
+        let marched: Vec<(&str, Traces)> = marched.collect();
+        let (widest, first) = &marched[0];
+        for (name, traces) in &marched[1..] {
+            assert!(is_same(first, traces), "{}: {widest} and {name} differ", case.id());
+        }
+        let mut other = first.clone();
+        other.temperatures_k[0] += 1e-10;
+        assert!(!is_same(first, &other), "a difference of a bit is not noticed");
     }
 }

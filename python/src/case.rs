@@ -105,6 +105,7 @@ fn session_options(march: &MarchArgs, watch: &Watch) -> PyResult<Options> {
         .progress(move |now| progress.set(now))
         .command_line(convert::command_line());
     (options.precision, options.device) = (choice.precision, choice.device);
+    options.instruction_set = choice.instruction_set;
     Ok(options)
 }
 

@@ -1,6 +1,6 @@
 //! Selection of the backend for a march.
 
-use super::cpu::Cpu;
+use super::cpu::{Cpu, InstructionSet};
 use super::fallback::FallbackMarch;
 #[cfg(feature = "gpu")]
 use super::gpu::{
@@ -20,6 +20,8 @@ pub struct BackendOptions {
     pub precision: Option<Precision>,
     /// Part of the name of a Vulkan device.
     pub device: Option<String>,
+    /// Vectors of the CPU; `None`: the widest.
+    pub instruction_set: Option<InstructionSet>,
 }
 
 /// Kind of backend.
@@ -108,7 +110,11 @@ pub fn considers_gpu(options: &BackendOptions, plan: &Plan, members: usize) -> b
 }
 
 fn open_cpu(options: &BackendOptions) -> Box<dyn March> {
-    Box::new(Cpu::new(options.precision.unwrap_or(Precision::F64)))
+    let cpu = Cpu::new(options.precision.unwrap_or(Precision::F64));
+    Box::new(match options.instruction_set {
+        Some(instruction_set) => cpu.with_instruction_set(instruction_set),
+        None => cpu,
+    })
 }
 
 fn exceeds_gpu_threshold(plan: &Plan, members: usize) -> bool {

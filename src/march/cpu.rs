@@ -21,9 +21,13 @@ const SCALAR_MEMBERS_PER_THREAD: usize = 2;
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;
 
-/// SIMD instruction set, chosen at run time; without one, members are marched one by one.
-#[derive(Clone, Copy, Debug)]
-enum InstructionSet {
+/// A SIMD instruction set that this processor has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InstructionSet(Vectors);
+
+/// Without vectors, members are marched one by one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Vectors {
     Scalar,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -34,7 +38,26 @@ enum InstructionSet {
 }
 
 impl InstructionSet {
-    /// The instruction sets of this processor, the widest first.
+    /// The instruction sets of this processor, the widest first, no SIMD last.
+    pub fn available() -> Vec<Self> {
+        Vectors::available().into_iter().map(Self).collect()
+    }
+
+    /// `avx-512`, `avx2`, `neon` or `scalar`.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Vectors::Scalar => "scalar",
+            #[cfg(target_arch = "x86_64")]
+            Vectors::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Vectors::Avx512 => "avx-512",
+            #[cfg(target_arch = "aarch64")]
+            Vectors::Neon => "neon",
+        }
+    }
+}
+
+impl Vectors {
     #[cfg(target_arch = "x86_64")]
     fn available() -> Vec<Self> {
         let has_avx512 = is_x86_feature_detected!("avx512f")
@@ -55,7 +78,8 @@ impl InstructionSet {
         vec![Self::Scalar]
     }
 
-    fn name(self) -> &'static str {
+    /// Name in the description of a backend.
+    fn title(self) -> &'static str {
         match self {
             Self::Scalar => "no SIMD",
             #[cfg(target_arch = "x86_64")]
@@ -96,19 +120,25 @@ impl InstructionSet {
 pub struct Cpu {
     precision: Precision,
     threads: usize,
-    instruction_set: InstructionSet,
+    vectors: Vectors,
 }
 
 impl Cpu {
     /// Uses the threads of the current pool and the widest vectors of the processor.
     pub fn new(precision: Precision) -> Self {
-        Self { precision, threads: rayon::current_num_threads(), instruction_set: InstructionSet::available()[0] }
+        Self { precision, threads: rayon::current_num_threads(), vectors: Vectors::available()[0] }
+    }
+
+    /// With an instruction set other than the widest.
+    #[must_use]
+    pub fn with_instruction_set(self, instruction_set: InstructionSet) -> Self {
+        Self { vectors: instruction_set.0, ..self }
     }
 }
 
 impl March for Cpu {
     fn backend(&self) -> Backend {
-        let name = format!("{} threads, {}", self.threads, self.instruction_set.name());
+        let name = format!("{} threads, {}", self.threads, self.vectors.title());
         Backend { name, kind: "cpu", driver: None, precision: self.precision }
     }
 
@@ -125,14 +155,14 @@ impl March for Cpu {
         let records = if members.len() <= SCALAR_MEMBERS_PER_THREAD * self.threads {
             march_scalar(self.precision, plan, ensemble, members)
         } else {
-            self.instruction_set.march(self.precision, plan, ensemble, members)
+            self.vectors.march(self.precision, plan, ensemble, members)
         };
         Ok(readings(records, plan, &rows))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
-        let records = self.instruction_set.tangents(self.precision, plan, points, factors);
+        let records = self.vectors.tangents(self.precision, plan, points, factors);
         Ok(Some(readings(records, plan, &trace_rows(plan, points, 0..points.len(), factors))))
     }
 
@@ -166,7 +196,7 @@ impl March for ScalarReference {
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
-        let records = InstructionSet::Scalar.tangents(self.0, plan, points, factors);
+        let records = Vectors::Scalar.tangents(self.0, plan, points, factors);
         Ok(Some(readings(records, plan, &trace_rows(plan, points, 0..points.len(), factors))))
     }
 }
@@ -411,9 +441,9 @@ mod tests {
             let scalar = march_scalar(precision, &plan, &ensemble, 0..5);
             assert!(scalar.trace(0, 0) != scalar.trace(1, 0), "the members are equal");
             let all: Vec<usize> = (0..factors).collect();
-            let derivatives = InstructionSet::Scalar.tangents(precision, &plan, &ensemble, &all);
+            let derivatives = Vectors::Scalar.tangents(precision, &plan, &ensemble, &all);
             assert!(derivatives.trace(factors, 0) != derivatives.trace(factors - 1, 0), "the derivatives are equal");
-            for vectors in InstructionSet::available() {
+            for vectors in Vectors::available() {
                 let vectorised = vectors.march(precision, &plan, &ensemble, 0..5);
                 assert_eq!(vectorised.temperatures_k, scalar.temperatures_k, "{vectors:?} in {precision:?}");
                 assert_eq!(vectorised.gauges, scalar.gauges, "{vectors:?} in {precision:?}");

@@ -90,7 +90,8 @@ mod tests {
 
     #[test]
     fn every_curve_has_its_name_in_the_order_of_the_last_values() {
-        let curves = [ending_at("low", 0.1), ending_at("middle", 0.5), ending_at("lower", 0.0), ending_at("high", 0.55)];
+        let curves =
+            [ending_at("low", 0.1), ending_at("middle", 0.5), ending_at("lower", 0.0), ending_at("high", 0.55)];
         let row_of = |value: f64| ((1.0 - value) * 3.0).round() as usize;
         assert_eq!(names(&curves, 4, row_of), ["high", "middle", "low", "lower"]);
         assert_eq!(names(&curves, 3, |_| 2), ["high", "middle", "+ 2 more"]);

@@ -20,6 +20,7 @@ mod sweep_merger;
 mod until;
 
 pub use crate::march::backend_selection::BackendKind;
+pub use crate::march::cpu::InstructionSet;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
 pub use crate::study::answers::Answers;
 #[cfg(feature = "serde")]

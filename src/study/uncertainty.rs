@@ -224,7 +224,8 @@ impl SweepStatistics {
                     member_outputs(&traces, block.start + member, &plan.instants_s, &self.traces, outputs);
                 });
                 let is_complete = |member: usize| traces.statuses[member] == MemberStatus::Completed;
-                let margins = |member| if has_limits && is_complete(member) { reader.read(&traces, member) } else { Vec::new() };
+                let margins =
+                    |member| if has_limits && is_complete(member) { reader.read(&traces, member) } else { Vec::new() };
                 let margins: Vec<Vec<Margin>> = block.clone().into_par_iter().map(margins).collect();
                 for (member, margins) in block.clone().zip(&margins) {
                     if is_complete(member) {

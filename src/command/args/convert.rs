@@ -16,8 +16,8 @@ use bondline::march::Precision;
 use bondline::march::backend_selection::{BackendKind, BackendOptions};
 use bondline::report::FigureFormat;
 use bondline::session::{
-    Derivatives, DesignOptions, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions,
-    SizeOptions, Start, TwinStudyOptions, UncertaintyOptions,
+    Derivatives, DesignOptions, FitOptions, HistoryOptions, InstructionSet, ObservationSelection, Options,
+    SensitivityOptions, SizeOptions, Start, TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::depth_profiles::ProfileInstants;
 use bondline::study::estimate::PAPER_RULES;
@@ -48,6 +48,15 @@ pub(crate) fn choice(march: &MarchArgs) -> Result<BackendOptions, Failure> {
             PrecisionArg::F64 => Precision::F64,
         }),
         device: march.device.clone(),
+        instruction_set: march.instruction_set.as_deref().map(instruction_set).transpose()?,
+    })
+}
+
+fn instruction_set(name: &str) -> Result<InstructionSet, Failure> {
+    let available = InstructionSet::available();
+    available.iter().copied().find(|one| one.name() == name).ok_or_else(|| {
+        let names: Vec<&str> = available.iter().map(|one| one.name()).collect();
+        input(format!("--instruction-set {name:?}: this processor has {}", names.join(", ")))
     })
 }
 
@@ -167,6 +176,7 @@ pub(crate) fn options(march: &MarchArgs, progress: &MarchProgress) -> Result<Opt
     let mut options = Options::default().backend(choice.kind).progress(move |progress| display.show(progress));
     options.command_line = Some(command_line());
     (options.precision, options.device) = (choice.precision, choice.device);
+    options.instruction_set = choice.instruction_set;
     Ok(options)
 }
 

@@ -305,6 +305,9 @@ pub(crate) struct MarchArgs {
     /// Part of the name of the Vulkan device to use
     #[arg(long)]
     pub device: Option<String>,
+    /// SIMD instruction set of the CPU: avx-512, avx2, neon or scalar, for tests and measurements
+    #[arg(long, value_name = "NAME", hide = true)]
+    pub instruction_set: Option<String>,
     /// Override a key of the case file or the nominal value of a factor; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub sets: Vec<String>,

@@ -23,6 +23,7 @@ use crate::case::{Bounds, Case};
 use crate::limits::{Limit, THREADS};
 use crate::march::Precision;
 use crate::march::backend_selection::{BackendKind, BackendOptions};
+use crate::march::cpu::InstructionSet;
 use crate::march::monitor::{CancelToken, Monitor, Progress, ProgressCallback};
 #[cfg(feature = "serde")]
 use crate::session::checkpoint::Checkpoint;
@@ -39,6 +40,8 @@ pub struct Options {
     pub precision: Option<Precision>,
     /// Part of the name of a Vulkan device.
     pub device: Option<String>,
+    /// SIMD instruction set of the CPU; `None`: the widest. Every one gives the same results, to the last bit.
+    pub instruction_set: Option<InstructionSet>,
     /// Discretisation error for which cells and time steps are chosen, K; `None`: that of the case.
     pub tolerance_k: Option<f64>,
     /// Threads of the session's own pool; `None`: the pool of the caller.
@@ -77,6 +80,13 @@ impl Options {
     #[must_use]
     pub fn device(mut self, device: impl Into<String>) -> Self {
         self.device = Some(device.into());
+        self
+    }
+
+    /// SIMD instruction set of the CPU, one of [`InstructionSet::available`].
+    #[must_use]
+    pub fn instruction_set(mut self, instruction_set: InstructionSet) -> Self {
+        self.instruction_set = Some(instruction_set);
         self
     }
 
@@ -150,7 +160,12 @@ impl Options {
     }
 
     pub(super) fn choice(&self) -> BackendOptions {
-        BackendOptions { kind: self.backend, precision: self.precision, device: self.device.clone() }
+        BackendOptions {
+            kind: self.backend,
+            precision: self.precision,
+            device: self.device.clone(),
+            instruction_set: self.instruction_set,
+        }
     }
 }
 
