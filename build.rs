@@ -1,16 +1,55 @@
 //! The commit that a release is built from, for the provenance of its results: `BONDLINE_COMMIT` if it is set, else
 //! that of the git repository. A build without both has no commit. Other profiles have none either, because they would
 //! be built anew after every commit.
+//!
+//! And `BONDLINE_SOLVER`, a hash of the sources on which cells and time steps depend: plans that another solver adapted
+//! are not taken from the user's cache.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::{fs, io};
 
-fn main() {
+/// What adaptation uses.
+const SOLVER: [&str; 12] = [
+    "src/adapt",
+    "src/adapt.rs",
+    "src/case",
+    "src/ensemble",
+    "src/ensemble.rs",
+    "src/fit",
+    "src/limits.rs",
+    "src/march",
+    "src/physics",
+    "src/plan",
+    "src/random.rs",
+    "src/traces.rs",
+];
+
+fn main() -> io::Result<()> {
+    let mut hasher = DefaultHasher::new();
+    for path in SOLVER {
+        println!("cargo::rerun-if-changed={path}");
+        add_sources(Path::new(path), &mut hasher)?;
+    }
+    println!("cargo::rustc-env=BONDLINE_SOLVER={:016x}", hasher.finish());
     println!("cargo::rerun-if-env-changed=BONDLINE_COMMIT");
     let given = std::env::var("BONDLINE_COMMIT").ok();
     if let Some(commit) = given.or_else(|| is_release().then(commit_of_repository).flatten()) {
         println!("cargo::rustc-env=BONDLINE_COMMIT={commit}");
     }
+    Ok(())
+}
+
+/// Hash a file, or the files of a folder in the order of their names.
+fn add_sources(path: &Path, hasher: &mut DefaultHasher) -> io::Result<()> {
+    if path.is_file() {
+        fs::read(path)?.hash(hasher);
+        return Ok(());
+    }
+    let mut inner = fs::read_dir(path)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<PathBuf>>>()?;
+    inner.sort();
+    inner.iter().try_for_each(|path| add_sources(path, hasher))
 }
 
 /// Whether the profile is `release`: its folder has the name, above `build/<package>/out`.

@@ -88,6 +88,8 @@ pub mod report;
 pub mod session;
 pub mod study;
 pub mod traces;
+#[cfg(any(feature = "gpu", feature = "serde"))]
+mod user_cache;
 pub mod verify;
 
 pub use case::Case;

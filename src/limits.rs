@@ -18,7 +18,7 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 31] = [
+pub const LIMITS: [&Limit; 33] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
     &UNPACKED_MIB,
@@ -27,6 +27,8 @@ pub const LIMITS: [&Limit; 31] = [
     &TABLE_CELLS,
     &PIECE_FILE_MIB,
     &CACHE_FILE_MIB,
+    &PLAN_FILE_MIB,
+    &KEPT_PLANS,
     &KEYS,
     &LIST_ITEMS,
     &COLUMNS,
@@ -68,6 +70,10 @@ pub const TABLE_CELLS: Limit = Limit { quantity: "cells of a table (rows times c
 pub const PIECE_FILE_MIB: Limit = Limit { quantity: "MiB of a file to merge", max: 512 };
 /// Compiled kernels of one device.
 pub const CACHE_FILE_MIB: Limit = Limit { quantity: "MiB of a pipeline cache", max: 64 };
+/// A kept plan: some numbers for each ply and each segment of time.
+pub const PLAN_FILE_MIB: Limit = Limit { quantity: "MiB of a kept plan", max: 1 };
+/// The oldest is removed; most take 2 KiB.
+pub const KEPT_PLANS: Limit = Limit { quantity: "plans kept in the user's cache", max: 500 };
 /// Keys are chosen by name.
 pub const KEYS: Limit = Limit { quantity: "keys of one table of a case, material or gas file", max: 1000 };
 /// Rows of a schedule; longer ones belong in a table file.

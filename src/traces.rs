@@ -30,7 +30,7 @@ pub struct Traces {
 
 /// A scalar output of the whole layup, in addition to its sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Gauge {
     /// Gas mass flux out through the hot face, kg/m²/s; negative where gas flows in.

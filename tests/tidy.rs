@@ -12,16 +12,20 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("case", &["limits", "fit"]),
     ("traces", &[]),
     ("random", &[]),
+    ("user_cache", &[]),
     ("fit", &["random"]),
     ("ensemble", &["case", "random"]),
     // A plan states errors of gauges, whose names are in `traces`.
     ("plan", &["case", "traces"]),
     ("physics", &["plan"]),
-    ("march", &["limits", "plan", "ensemble", "traces", "physics"]),
+    ("march", &["limits", "plan", "ensemble", "traces", "physics", "user_cache"]),
     ("study", &["limits", "case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Records name the backend, the precision and the loss function.
     ("report", &["case", "traces", "study", "march", "fit"]),
-    ("session", &["limits", "case", "plan", "adapt", "ensemble", "traces", "march", "fit", "study", "report"]),
+    (
+        "session",
+        &["limits", "case", "plan", "adapt", "ensemble", "traces", "march", "fit", "study", "report", "user_cache"],
+    ),
     ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
     ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Part of the binary, not of the library.
@@ -34,15 +38,37 @@ const HOMES: &[(&str, &[&str])] = &[
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
     ("simdeez", &["src/physics/lanes", "src/march/cpu.rs"]),
-    ("rayon", &["src/adapt.rs", "src/march/cpu.rs", "src/study/statistics", "src/session/", "src/command/devices.rs"]),
+    (
+        "rayon",
+        &[
+            "src/adapt.rs",
+            "src/march/cpu.rs",
+            "src/march/mod.rs",
+            "src/march/richardson.rs",
+            "src/study/statistics",
+            "src/study/uncertainty.rs",
+            "src/session/",
+            "src/command/devices.rs",
+        ],
+    ),
     (
         "serde",
-        &["src/report/", "src/case/", "src/fit/", "src/march/mod.rs", "src/plan/", "src/study/", "src/traces.rs"],
+        &[
+            "src/report/",
+            "src/case/",
+            "src/fit/",
+            "src/march/mod.rs",
+            "src/plan/",
+            "src/session/plan_cache.rs",
+            "src/study/",
+            "src/traces.rs",
+        ],
     ),
     (
         "serde_json",
         &[
             "src/report/",
+            "src/session/plan_cache.rs",
             "src/study/checksum.rs",
             "src/study/coverage_study/kept_fits.rs",
             "src/study/kept_rows.rs",

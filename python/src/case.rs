@@ -5,7 +5,7 @@ use crate::errors;
 use crate::question::{self, Answers};
 use crate::work::Watch;
 use bondline::case::FileSource;
-use bondline::session::Options;
+use bondline::session::{Options, PlanCache};
 use bondline::study::sweep_piece::fingerprint;
 use bondline::study::thermocouple_residuals::samples;
 use bondline::{Ensemble, Session};
@@ -106,6 +106,7 @@ fn session_options(march: &MarchArgs, watch: &Watch) -> PyResult<Options> {
         .command_line(convert::command_line());
     (options.precision, options.device) = (choice.precision, choice.device);
     options.instruction_set = choice.instruction_set;
+    options.plan_cache = PlanCache::of_user();
     Ok(options)
 }
 

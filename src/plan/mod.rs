@@ -55,7 +55,7 @@ use time_tolerance::time_tolerance_s;
 /// Estimated discretisation error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
 /// the instants; for other gauges relative to their peak, at every instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GaugeError {
     /// Which gauge.
     pub gauge: Gauge,
@@ -68,7 +68,7 @@ pub struct GaugeError {
 /// Estimated discretisation errors. A temperature error is the largest at any sensor and in any part with a temperature
 /// limit, at any instant, K.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ErrorEstimate {
     /// The tolerance of the case.
@@ -84,6 +84,7 @@ pub struct ErrorEstimate {
 
 /// Resolution of a plan in space and time.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Discretisation {
     /// Cells of each ply.
     pub grid: GridDensity,

@@ -14,6 +14,8 @@ mod error;
 #[cfg(feature = "serde")]
 mod merge;
 mod options;
+#[cfg(feature = "serde")]
+mod plan_cache;
 mod selection;
 #[cfg(feature = "serde")]
 mod sweep_merger;
@@ -32,6 +34,8 @@ pub use options::{
     Derivatives, DesignOptions, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options,
     SensitivityOptions, SizeOptions, Start, StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
+#[cfg(feature = "serde")]
+pub use plan_cache::PlanCache;
 #[cfg(feature = "serde")]
 pub use sweep_merger::SweepMerger;
 
@@ -148,7 +152,7 @@ impl Session {
         };
         let case = with_tolerance(case, options.tolerance_k);
         options.cancel.check()?;
-        let plan = in_pool(pool.as_ref(), || adapt_monitored(&case, &options.monitor()))?;
+        let plan = in_pool(pool.as_ref(), || adapted(&case, options))?;
         let plan_s = began.elapsed().as_secs_f64();
         let options = options.clone();
         let opening = OpeningTime::default();
@@ -769,6 +773,25 @@ fn end_of_log(log: Option<RowKeeper>, is_interrupted: bool) -> Option<String> {
         keeper.keep();
     }
     keeper.remark()
+}
+
+/// The plan of a case: kept by an earlier session, or adapted now.
+#[cfg(feature = "serde")]
+fn adapted(case: &Case, options: &Options) -> Result<Plan, MarchError> {
+    let cache = options.plan_cache.as_ref().filter(|_| case.resolution.tolerance_k.is_some());
+    if let Some(plan) = cache.and_then(|cache| cache.find(case)) {
+        return Ok(plan);
+    }
+    let plan = adapt_monitored(case, &options.monitor())?;
+    if let Some(cache) = cache {
+        cache.keep(case, &plan);
+    }
+    Ok(plan)
+}
+
+#[cfg(not(feature = "serde"))]
+fn adapted(case: &Case, options: &Options) -> Result<Plan, MarchError> {
+    adapt_monitored(case, &options.monitor())
 }
 
 /// A case with the tolerance of the session, if it has one.

@@ -16,7 +16,7 @@ use bondline::march::Precision;
 use bondline::march::backend_selection::{BackendKind, BackendOptions};
 use bondline::report::FigureFormat;
 use bondline::session::{
-    Derivatives, DesignOptions, FitOptions, HistoryOptions, InstructionSet, ObservationSelection, Options,
+    Derivatives, DesignOptions, FitOptions, HistoryOptions, InstructionSet, ObservationSelection, Options, PlanCache,
     SensitivityOptions, SizeOptions, Start, TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::depth_profiles::ProfileInstants;
@@ -177,6 +177,7 @@ pub(crate) fn options(march: &MarchArgs, progress: &MarchProgress) -> Result<Opt
     options.command_line = Some(command_line());
     (options.precision, options.device) = (choice.precision, choice.device);
     options.instruction_set = choice.instruction_set;
+    options.plan_cache = PlanCache::of_user();
     Ok(options)
 }
 

@@ -5,21 +5,15 @@
 //! here, as Mesa has a cache of its own.
 
 use crate::limits::{CACHE_FILE_MIB, read_file};
+use crate::user_cache;
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
-use std::{env, fs, process};
 
 /// The driver's pipeline cache and its file.
 #[derive(Clone)]
 pub(super) struct DriverCache {
     compiled: wgpu::PipelineCache,
     file: PathBuf,
-}
-
-/// The folder according to the XDG base directory specification, which ignores relative paths.
-pub(super) fn cache_folder() -> Option<PathBuf> {
-    let of = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    of("XDG_CACHE_HOME").or_else(|| Some(of("HOME")?.join(".cache"))).map(|caches| caches.join("bondline"))
 }
 
 impl DriverCache {
@@ -44,21 +38,11 @@ impl DriverCache {
         &self.compiled
     }
 
-    /// Write the cache if it changed: to a temporary file first, then renamed, as other processes may be reading.
-    /// Errors are ignored.
+    /// Write the cache if it changed. Errors are ignored.
     pub(super) fn save(&self) {
         let Some(stored) = self.compiled.get_data().map(|data| with_checksum(&data)) else { return };
-        if read_file(&self.file, &CACHE_FILE_MIB).is_ok_and(|before| before == stored) {
-            return;
-        }
-        let temporary = self.file.with_extension(process::id().to_string());
-        let folder = self.file.parent().unwrap_or(Path::new("."));
-        let done = fs::create_dir_all(folder)
-            .and_then(|()| fs::write(&temporary, stored))
-            .and_then(|()| fs::rename(&temporary, &self.file));
-        if done.is_err() {
-            // The file may not exist.
-            let _ = fs::remove_file(&temporary);
+        if !read_file(&self.file, &CACHE_FILE_MIB).is_ok_and(|before| before == stored) {
+            let _ = user_cache::replace(&self.file, &stored);
         }
     }
 }

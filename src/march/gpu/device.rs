@@ -3,11 +3,12 @@
 #[cfg(test)]
 pub(super) mod injection;
 
-use super::cache::{self, DriverCache};
+use super::cache::DriverCache;
 use super::shader;
 use super::spirv::{self, Kernel};
 use crate::march::MarchError;
 use crate::plan::layout::COLUMNS_PER_LOAD;
+use crate::user_cache;
 use bytemuck::Pod;
 #[cfg(test)]
 use injection::Injection;
@@ -178,7 +179,7 @@ impl Device {
     /// # Errors
     /// When the driver refuses.
     pub fn open(adapter: Adapter, checks: bool) -> Result<Self, MarchError> {
-        Self::open_with(adapter, checks, cache::cache_folder().as_deref())
+        Self::open_with(adapter, checks, user_cache::folder().as_deref())
     }
 
     /// As [`open`](Self::open), with the pipeline cache in a given folder, or without one.

@@ -27,6 +27,8 @@ use crate::march::cpu::InstructionSet;
 use crate::march::monitor::{CancelToken, Monitor, Progress, ProgressCallback};
 #[cfg(feature = "serde")]
 use crate::session::checkpoint::Checkpoint;
+#[cfg(feature = "serde")]
+use crate::session::plan_cache::PlanCache;
 use std::time::Instant;
 
 /// Options of a session: backend, accuracy, threads, progress and cancellation.
@@ -57,6 +59,10 @@ pub struct Options {
     /// there.
     #[cfg(feature = "serde")]
     pub checkpoint: Option<Checkpoint>,
+    /// Where adapted plans are kept for later sessions; `None`: nowhere. The command and the Python package use
+    /// [`PlanCache::of_user`].
+    #[cfg(feature = "serde")]
+    pub plan_cache: Option<PlanCache>,
     /// The command that runs the session, for the record of its results.
     pub command_line: Option<Vec<String>>,
 }
@@ -130,6 +136,14 @@ impl Options {
     #[must_use]
     pub fn checkpoint(mut self, checkpoint: Checkpoint) -> Self {
         self.checkpoint = Some(checkpoint);
+        self
+    }
+
+    /// Where adapted plans are kept for later sessions.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn plan_cache(mut self, cache: PlanCache) -> Self {
+        self.plan_cache = Some(cache);
         self
     }
 
