@@ -1,9 +1,10 @@
 //! Adaptation of grid and time steps to a tolerance, from a posteriori error estimates of the nominal member.
 //!
-//! Each region, a ply or a segment of time, has a density of its own. Marching with that region alone refined by two
-//! measures its contribution to the error at the sensors; then the densities are chosen that minimise the work for the
-//! tolerance. Cells and steps are thereby fine only where a sensor sees the difference, which local error estimates do
-//! not know. All members share the result, so that differences between them carry no noise from step-size control.
+//! Each region, a ply (of many plies, some adjacent ones) or a segment of time, has a density of its own. Marching with
+//! that region alone refined by two measures its contribution to the error at the sensors; then the densities are chosen
+//! that minimise the work for the tolerance. Cells and steps are thereby fine only where a sensor sees the difference,
+//! which local error estimates do not know. All members share the result, so that differences between them carry no
+//! noise from step-size control.
 
 pub mod error_estimate;
 
@@ -19,8 +20,12 @@ use crate::plan::{GRADING_EXPONENT, StepGrowth, TimeSegment, TimeStepControl};
 use crate::traces::{MemberStatus, Traces};
 use error_estimate::{OutputErrors, TWOFOLD_ERROR_RATIO, largest_difference_k};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
+/// Most regions in space. Plies beyond that share regions with their neighbours: every region costs a march in every
+/// round, and 200 plies took 16 s.
+const MAX_PLY_REGIONS: usize = 24;
 /// Segments of time with a step density of their own.
 const TIME_SEGMENTS: usize = 8;
 /// Most rounds of error measurement and optimisation.
@@ -88,18 +93,34 @@ impl Discretisation {
         Self { grid: GridDensity::by_diffusion_time(case, INITIAL_CELLS), time_steps: control }
     }
 
-    /// Number of regions: the plies, then the segments of time.
+    /// Number of regions in space: plies, or groups of adjacent plies of equal number.
+    fn ply_regions(&self) -> usize {
+        let plies = self.grid.cells_per_ply.len();
+        plies.div_ceil(plies.div_ceil(MAX_PLY_REGIONS).max(1))
+    }
+
+    /// The plies of a region in space.
+    fn plies_of(&self, region: usize) -> Range<usize> {
+        let plies = self.grid.cells_per_ply.len();
+        let each = plies.div_ceil(MAX_PLY_REGIONS).max(1);
+        region * each..((region + 1) * each).min(plies)
+    }
+
+    /// Number of regions: those in space, then the segments of time.
     fn regions(&self) -> usize {
-        self.grid.cells_per_ply.len() + self.time_steps.segments.len()
+        self.ply_regions() + self.time_steps.segments.len()
     }
 
     fn scale_region(&mut self, region: usize, times: f64) {
-        let plies = self.grid.cells_per_ply.len();
-        if region < plies {
-            self.grid.cells_per_ply[region] *= times;
-        } else {
-            let density = &mut self.time_steps.segments[region - plies].step_density;
-            *density = (*density * times).max(MIN_STEP_DENSITY);
+        match region.checked_sub(self.ply_regions()) {
+            None => {
+                let plies = self.plies_of(region);
+                self.grid.cells_per_ply[plies].iter_mut().for_each(|cells| *cells *= times);
+            }
+            Some(segment) => {
+                let density = &mut self.time_steps.segments[segment].step_density;
+                *density = (*density * times).max(MIN_STEP_DENSITY);
+            }
         }
     }
 
@@ -107,11 +128,9 @@ impl Discretisation {
     /// cells, or with a single step between two corners.
     fn with_region_halved(&self, region: usize) -> Self {
         let mut finer = self.clone();
-        let plies = self.grid.cells_per_ply.len();
-        if region < plies {
-            finer.grid.subdivisions[region] *= 2;
-        } else {
-            finer.time_steps.segments[region - plies].subdivisions *= 2;
+        match region.checked_sub(self.ply_regions()) {
+            None => finer.grid.subdivisions[self.plies_of(region)].iter_mut().for_each(|parts| *parts *= 2),
+            Some(segment) => finer.time_steps.segments[segment].subdivisions *= 2,
         }
         finer
     }
@@ -317,8 +336,8 @@ fn minimise_work(
     // The sum of the single contributions exceeds the total error where their signs differ or different sensors see
     // them.
     let cancellation = error / refinements.iter().map(|refinement| refinement.error).sum::<f64>().max(1e-12);
-    let plies = discretisation.grid.cells_per_ply.len();
-    let order = |region: usize| CONVERGENCE_ORDERS[usize::from(region >= plies)];
+    let in_space = discretisation.ply_regions();
+    let order = |region: usize| CONVERGENCE_ORDERS[usize::from(region >= in_space)];
     let times = |region: usize, multiplier: f64| {
         let RegionRefinement { error, cost } = refinements[region];
         let best = (order(region) * (error * cancellation).max(1e-8) / (multiplier * cost.max(1e-4)))
@@ -379,6 +398,20 @@ mod tests {
         diverged.statuses[0] = MemberStatus::Diverged { time_s: 1.0 };
         assert_eq!(largest_difference_k(&done, &diverged, 0), f64::INFINITY);
         assert_eq!(largest_difference_k(&diverged, &done, 0), f64::INFINITY);
+    }
+
+    #[test]
+    fn every_ply_belongs_to_one_region_and_regions_are_few() {
+        for plies in [1, 5, 24, 25, 48, 49, 200, 256] {
+            let grid = GridDensity { cells_per_ply: vec![1.0; plies], subdivisions: vec![1; plies] };
+            let growth = StepGrowth::Graded { coefficient: 1.0 };
+            let mut found = Discretisation { grid, time_steps: TimeStepControl { growth, segments: Vec::new() } };
+            let regions = found.regions();
+            assert!(regions <= MAX_PLY_REGIONS && (plies > MAX_PLY_REGIONS || regions == plies), "{plies} plies");
+            (0..regions).for_each(|region| found.scale_region(region, 3.0));
+            assert_eq!(found.grid.cells_per_ply, vec![3.0; plies]);
+            assert_eq!(found.with_region_halved(regions - 1).grid.subdivisions[plies - 1], 2);
+        }
     }
 
     #[test]

@@ -87,7 +87,7 @@ impl CaseBuilder {
     /// A layup and its exposure at the default resolution; the id is also the name. Add at least one sensor before
     /// [`build`](Self::build).
     pub fn new(id: impl Into<String>, layup: Layup, exposure: Exposure) -> Self {
-        let id = id.into();
+        let (id, resolution) = (id.into(), Resolution::for_plies(layup.plies.len()));
         Self {
             name: id.clone(),
             id,
@@ -102,7 +102,7 @@ impl CaseBuilder {
             observations: Vec::new(),
             estimate: EstimationSettings::default(),
             paper_figures: Vec::new(),
-            resolution: Resolution::default(),
+            resolution,
         }
     }
 

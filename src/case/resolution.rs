@@ -33,6 +33,13 @@ pub struct Resolution {
 }
 
 impl Resolution {
+    /// The resolution of a case file without `[resolution]`, for a number of plies: the default, with the fewest cells
+    /// that many plies need.
+    pub fn for_plies(plies: usize) -> Self {
+        let standard = Self::default();
+        Self { cells: standard.cells.max(MIN_CELLS_PER_PLY * plies), ..standard }
+    }
+
     /// The number of cells of a layup of `plies` plies.
     pub(super) fn checked_cells(cells: f64, plies: usize) -> Result<usize, String> {
         let fewest = MIN_CELLS_PER_PLY * plies;
@@ -120,7 +127,7 @@ impl Resolution {
 }
 
 impl Default for Resolution {
-    /// The resolution of a case file without `[resolution]`.
+    /// The resolution of a case file of few plies without `[resolution]`.
     fn default() -> Self {
         Self {
             tolerance_k: Some(0.05),

@@ -109,6 +109,19 @@ fn errors(name: &str, from: &str, to: &str) -> Vec<String> {
 }
 
 #[test]
+fn a_layup_of_many_plies_needs_no_stated_resolution() {
+    let ply = |n| format!("[[ply]]\nname = \"P{n}\"\nmaterial = \"pyrogel3350\"\nthickness = \"0.1 mm\"\n\n");
+    for (more, cells) in [(0, 160), (38, 160), (39, 164), (198, 800)] {
+        let plies: String = (0..more).map(ply).collect();
+        let text = VALID_CASE.replacen("[[sensor]]", &(plies + "[[sensor]]"), 1);
+        let scratch = Scratch::new("many-plies");
+        let case =
+            Case::load(&scratch.write("case.toml", text)).unwrap_or_else(|error| panic!("{more} plies: {error}"));
+        assert_eq!((case.resolution.cells, case.resolution.tolerance_k), (cells, Some(0.05)), "{more} more plies");
+    }
+}
+
+#[test]
 fn every_shipped_case_loads() {
     let folders = std::fs::read_dir(shipped(""))
         .expect("the cases")
