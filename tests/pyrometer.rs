@@ -9,7 +9,7 @@ use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
-use bondline::session::{Options, Session};
+use bondline::session::{Options, Session, UncertaintyOptions};
 use bondline::study::estimate::{SearchOptions, estimate};
 use bondline::study::twin::{Noise, twin};
 use std::collections::BTreeMap;
@@ -179,11 +179,16 @@ const EMISSIVITY: &str = "emissivity\"\ngroup";
 
 /// The same layup with its hot face held by the readings of `ONE`, for an emissivity of the face.
 fn held(readings: &[(f64, f64)], face_emissivity: f64, noise: &str) -> Case {
+    held_with_deviation(readings, face_emissivity, 0.05, noise)
+}
+
+fn held_with_deviation(readings: &[(f64, f64)], face_emissivity: f64, deviation: f64, noise: &str) -> Case {
     let points: Vec<String> =
         readings.iter().map(|(time_s, reading_k)| format!("[\"{time_s} s\", \"{reading_k} K\"]")).collect();
     let face = format!(
         "kind = \"held\"\ntemperature = {{ points = [{}], {noise}pyrometer = {{ wavelength = \"1.6 um\", emissivity = \
-         0.9, face_emissivity = {face_emissivity}, face_emissivity_deviation = 0.05, surroundings = \"0 K\" }} }}\n",
+         0.9, face_emissivity = {face_emissivity}, face_emissivity_deviation = {deviation}, surroundings = \"0 K\" }} \
+         }}\n",
         points.join(", ")
     );
     let (before, after) = CASE.split_once("kind = \"heated\"\n").expect("a hot face");
@@ -239,4 +244,29 @@ fn a_face_held_by_a_pyrometer_has_the_temperatures_of_the_test_that_it_looked_at
         (found_k - lower_k).abs() < 0.2 && found_k > 5.0 && higher_k < -5.0,
         "{found_k} K, {lower_k} K, {higher_k} K"
     );
+}
+
+/// With the same seed the factors of the members are the same, so that the emissivity alone adds variance.
+#[test]
+fn percentiles_of_a_sweep_contain_the_uncertainty_of_the_emissivity_of_a_held_face() {
+    const MEMBERS: usize = 2000;
+    let readings = [(0.0, 400.0), (5.0, 1000.0), (60.0, 1200.0)];
+    let sweep = |deviation: f64| {
+        let case = held_with_deviation(&readings, 0.7, deviation, "");
+        let mut session = Session::open(case, &Options::default()).expect("a processor");
+        let options = UncertaintyOptions { members: MEMBERS, ..Default::default() };
+        let found = session.uncertainty(&options).expect("a sweep");
+        let effect = session.answers().and_then(|answers| answers.driver_emissivity.clone()).expect("an effect");
+        let last = |values: &[f64]| *values.last().expect("an instant");
+        let spread = &found.spreads[1];
+        let [(lower_k, _), (higher_k, _)] = effect.changes[1];
+        (last(&spread.mean_k), last(&spread.deviation_k), 0.5 * (lower_k - higher_k))
+    };
+    let (mean_k, without_k, none_k) = sweep(1e-9);
+    let (shifted_k, with_k, change_k) = sweep(0.05);
+    assert!(change_k > 5.0 && none_k < 1e-3, "{change_k} K, {none_k} K");
+    // A standard deviation from 2,000 members is known to 1.6 %.
+    let added_k = (with_k.powi(2) - without_k.powi(2)).sqrt();
+    assert!((added_k / change_k - 1.0).abs() < 0.08, "{added_k} K, not {change_k} K");
+    assert!((shifted_k - mean_k).abs() < 4.0 * change_k / (MEMBERS as f64).sqrt(), "{mean_k} K, {shifted_k} K");
 }

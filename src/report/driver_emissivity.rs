@@ -17,7 +17,9 @@ impl Reportable for DriverEmissivity {
         vec![
             "The hot face has the temperature at which it emits and reflects what the pyrometer read (Planck's law, a \
              grey, diffuse face). The prediction is repeated with its emissivity lower and higher by one standard \
-             deviation; bands and intervals do not include this effect."
+             deviation. In a sweep, half the difference times a standard normal number is added to each member: \
+             percentiles and margins include the effect to first order, shares of the variance, estimates, sizes and \
+             profiles through the thickness do not."
                 .to_owned(),
         ]
     }
@@ -66,9 +68,13 @@ fn text(answers: &Answers, outcome: &DriverEmissivity) -> String {
         let (_, time_s) = if changes[0].0.abs() > changes[1].0.abs() { changes[0] } else { changes[1] };
         format!("{} {low} K and {high} K ({})", sensor.name, format::seconds(time_s))
     });
+    let included = match answers.uncertainty {
+        Some(_) => " The percentiles of the sweep include the effect.",
+        None => "",
+    };
     format!(
         "Hot face held by a pyrometer, emissivity of the face {} ± {}. Largest changes of the prediction with the \
-         lower and the higher emissivity: {}.",
+         lower and the higher emissivity: {}.{included}",
         format::significant(outcome.driver.emissivity, 3),
         format::significant(outcome.driver.emissivity_deviation, 2),
         format::list(&changes.collect::<Vec<_>>())

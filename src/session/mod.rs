@@ -644,7 +644,8 @@ impl RunningStudy<'_> {
         let (case, sweep) = (&self.answers.case, options.sweep());
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
-        let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind);
+        let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind)
+            .with_driver_emissivity(self.answers.driver_emissivity.as_ref(), options.seed);
         #[cfg(feature = "serde")]
         let mut keeper = self.keeper(options, nominal, &part, &gathered);
         #[cfg(feature = "serde")]

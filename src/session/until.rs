@@ -68,7 +68,10 @@ impl RunningStudy<'_> {
             return Err(InputError::general(format!("the nominal march failed: {reason}")).into());
         }
         let (case, plan) = (&self.answers.case, self.plan);
+        // The design point is one of the factors: it does not know the emissivity of a face that a pyrometer holds.
+        let driver = self.answers.driver_emissivity.as_ref();
         if let TargetQuantity::Exceedance { temperature_k } = target.quantity
+            && driver.is_none()
             && let Some(design) = rare_design_point(case, plan, self.march, &sweep, target)?
         {
             let march = &mut *self.march;
@@ -76,7 +79,8 @@ impl RunningStudy<'_> {
         }
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, plan, &nominal, bounds, kind, &self.march.monitor())?;
-        let mut gathered = SweepStatistics::new(case, &nominal, &envelope, bounds, kind);
+        let mut gathered =
+            SweepStatistics::new(case, &nominal, &envelope, bounds, kind).with_driver_emissivity(driver, options.seed);
         let found = sweep_until(case, plan, self.march, &mut gathered, &sweep, target, members)?;
         self.answers.uncertainty = Some(gathered.results(&nominal, &sweep.sampling, gathered.members()));
         Ok(found)

@@ -1,10 +1,12 @@
 //! The effect of the emissivity of a hot face that is held by the readings of a pyrometer.
 
 use super::nominal::Prediction;
-use crate::case::{Case, Face, PyrometerDriver};
+use crate::case::{Case, Face, PyrometerDriver, Schedule};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+use crate::random::RandomStream;
+use crate::traces::Traces;
 
 /// What the standard deviation of the emissivity changes.
 #[derive(Clone, Debug)]
@@ -16,6 +18,48 @@ pub struct DriverEmissivity {
     /// Largest change of the prediction with an emissivity lower, and higher, by the standard deviation, K, and its
     /// time, s; one pair per sensor.
     pub changes: Vec<[(f64, f64); 2]>,
+    /// The change of a member of a sweep.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) shift: TraceShift,
+}
+
+/// The change of all traces with the emissivity by its standard deviation, to first order: half the difference between
+/// the marches for a higher and a lower emissivity. It is that of the nominal member; the effects of emissivity and
+/// factors are taken to add up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct TraceShift {
+    /// Sensor × instant, K.
+    sensors_k: Vec<f64>,
+    /// Temperature limit × instant, K.
+    limits_k: Vec<f64>,
+}
+
+/// Added to the seed of a sweep for the emissivities of its members, so that they are independent of the factors.
+const EMISSIVITY_SEED: u64 = 0x656d_6973_7369_7665;
+
+impl TraceShift {
+    fn of(lower: &Traces, higher: &Traces) -> Self {
+        let half = |lower: &[f64], higher: &[f64]| lower.iter().zip(higher).map(|(l, h)| 0.5 * (h - l)).collect();
+        Self {
+            sensors_k: half(&lower.temperatures_k, &higher.temperatures_k),
+            limits_k: half(&lower.limited_k, &higher.limited_k),
+        }
+    }
+
+    /// Change the traces of every member by the change for a standard deviation times a standard normal number, which
+    /// depends on the seed of the sweep and the index of the member alone.
+    pub(crate) fn apply(&self, traces: &mut Traces, seed: u64) {
+        let scores: Vec<f64> = (traces.first..traces.first + traces.members())
+            .map(|member| RandomStream::new(seed.wrapping_add(EMISSIVITY_SEED), member as u64).normal())
+            .collect();
+        for (values_k, change_k) in
+            [(&mut traces.temperatures_k, &self.sensors_k), (&mut traces.limited_k, &self.limits_k)]
+        {
+            for (member_k, score) in values_k.chunks_exact_mut(change_k.len().max(1)).zip(&scores) {
+                member_k.iter_mut().zip(change_k).for_each(|(value_k, change_k)| *value_k += score * change_k);
+            }
+        }
+    }
 }
 
 /// March the case with the temperature of the face for a lower and a higher emissivity, and compare with the
@@ -30,15 +74,20 @@ pub fn driver_emissivity(
     nominal: &Prediction,
 ) -> Result<Option<DriverEmissivity>, MarchError> {
     let Some(driver) = case.pyrometer_driver() else { return Ok(None) };
-    let mut changes = vec![[(0.0, 0.0); 2]; case.sensors.len()];
-    for (side, face_k) in driver.face_k.iter().enumerate() {
+    let mut marched = |face_k: &Schedule| {
         let mut exposure = case.exposure.clone();
         exposure.hot_face = Face::Held(face_k.clone());
-        let traces = march.march(&plan.with_exposure(&exposure), &Ensemble::nominal(&case.factors), 0..1)?;
+        march.march(&plan.with_exposure(&exposure), &Ensemble::nominal(&case.factors), 0..1)
+    };
+    let [lower, higher] = &driver.face_k;
+    let sides = [marched(lower)?, marched(higher)?];
+    let mut changes = vec![[(0.0, 0.0); 2]; case.sensors.len()];
+    for (side, traces) in sides.iter().enumerate() {
         for (sensor, change) in changes.iter_mut().enumerate() {
             let (difference_k, time_s) = nominal.largest_difference(sensor, traces.trace(0, sensor));
             change[side] = (-difference_k, time_s);
         }
     }
-    Ok(Some(DriverEmissivity { driver: driver.clone(), changes }))
+    let shift = TraceShift::of(&sides[0], &sides[1]);
+    Ok(Some(DriverEmissivity { driver: driver.clone(), changes, shift }))
 }

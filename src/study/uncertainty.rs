@@ -1,5 +1,6 @@
 //! Monte Carlo uncertainty of the prediction, and its attribution to factors.
 
+use super::driver_emissivity::{DriverEmissivity, TraceShift, driver_emissivity};
 use super::margins::{Margin, MarginReader, MarginSamples, MarginStatistics};
 use super::nominal::{Peak, Prediction};
 use super::simultaneous_band::{COVERAGE_PERCENT, Envelope, SimultaneousBand, TraceCoverage};
@@ -145,6 +146,8 @@ pub struct SweepStatistics {
     limits_k: Vec<f64>,
     bounds: Bounds,
     is_independent: bool,
+    /// The change by the emissivity of a face that a pyrometer holds, and the seed of the sweep.
+    emissivity: Option<(TraceShift, u64)>,
     /// Number of failures and first member, by reason.
     failures: BTreeMap<String, (usize, usize)>,
 }
@@ -181,7 +184,9 @@ pub fn uncertainty(
 ) -> Result<Uncertainty, MarchError> {
     let Sweep { members, sampling, bounds } = *sweep;
     let envelope = Envelope::of(case, plan, nominal, bounds, sampling.kind, &march.monitor())?;
-    let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, sampling.kind);
+    let driver = driver_emissivity(case, plan, march, nominal)?;
+    let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, sampling.kind)
+        .with_driver_emissivity(driver.as_ref(), sampling.seed);
     let watch = &mut |_: &SweepStatistics, ensemble: &Ensemble, traces: &Traces| watch(ensemble, traces);
     gathered.march(case, plan, march, &sweep.ensemble(case), 0..members, watch)?;
     Ok(gathered.results(nominal, &sampling, members))
@@ -195,7 +200,16 @@ impl SweepStatistics {
         let traces = TraceCoverage::new(&nominal.temperatures_k, envelope);
         let limits_k: Vec<f64> = case.limits.iter().map(|limit| limit.limit_k).collect();
         let margins = MarginSamples::new(limits_k.len());
-        Self { accumulator, traces, margins, limits_k, bounds, is_independent, failures: BTreeMap::new() }
+        let (emissivity, failures) = (None, BTreeMap::new());
+        Self { accumulator, traces, margins, limits_k, bounds, is_independent, emissivity, failures }
+    }
+
+    /// With the uncertainty of the emissivity of a face that a pyrometer holds, if there is one, in every member that
+    /// is marched.
+    #[must_use]
+    pub fn with_driver_emissivity(mut self, driver: Option<&DriverEmissivity>, seed: u64) -> Self {
+        self.emissivity = driver.map(|driver| (driver.shift.clone(), seed));
+        self
     }
 
     /// March some members of an ensemble and accumulate them. `watch` receives the statistics up to and with each
@@ -214,7 +228,10 @@ impl SweepStatistics {
     ) -> Result<(), MarchError> {
         let reader = MarginReader::new(case, plan);
         let (mut outputs, has_limits) = (Vec::new(), !self.margins.is_empty());
-        let marched = march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
+        let marched = march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |mut traces| {
+            if let Some((shift, seed)) = &self.emissivity {
+                shift.apply(&mut traces, *seed);
+            }
             let width = traces.sensors * (traces.instants + OUTPUTS_PER_TRACE);
             for first in (0..traces.members()).step_by(BLOCK) {
                 let block = first..(first + BLOCK).min(traces.members());
@@ -317,6 +334,7 @@ impl SweepStatistics {
             limits_k: self.limits_k.clone(),
             accumulator: self.accumulator.restored_from(numbers)?,
             traces: self.traces.clone().with_stored(traces)?,
+            emissivity: self.emissivity.clone(),
             failures: BTreeMap::new(),
             ..*self
         };
