@@ -49,7 +49,8 @@ done
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-printf '# Measurements of a device\n\n%s, commit %s\n\n' "$(date -u +%F)" "$(git rev-parse --short HEAD 2>/dev/null || echo unknown)"
+commit=$(git rev-parse --short HEAD 2>/dev/null || echo unknown)
+printf '# Measurements of a device\n\n%s, commit %s\n\n' "$(date -u +%F)" "$commit"
 printf '```text\n'
 "$programs/bondline" devices
 printf '```\n\n## Parity\n\n```text\n'
@@ -60,23 +61,26 @@ printf '\nCrossing of the kernels: '
 # Rows are `| members | march | s | ...`; a device has a row for each kernel, of which one is called cooperative.
 python3 - "$folder/march" <<'PYTHON'
 import re, sys
-rows = [[cell.strip() for cell in line.strip("|\n ").split("|")] for line in open(sys.argv[1]) if re.match(r"\| \d+ \|", line)]
+lines = [line for line in open(sys.argv[1]) if re.match(r"\| \d+ \|", line)]
+rows = [[cell.strip() for cell in line.strip("|\n ").split("|")] for line in lines]
 seconds = {(row[1], int(row[0])): float(row[2]) for row in rows}
-sizes = sorted({size for _, size in seconds})
-lines = []
+texts = []
 for title in sorted({title for title, _ in seconds if ", cooperative" in title}):
     other = title.replace(", cooperative", "")
-    faster = [size for size in sizes if (title, size) in seconds and seconds[title, size] < seconds.get((other, size), 0)]
-    lines.append(f"{other}: a workgroup per member is faster for {', '.join(map(str, faster)) or 'no number of'} members")
-print("; ".join(lines) or "no device", end=".\n")
+    both = [size for one, size in seconds if one == title and (other, size) in seconds]
+    faster = [str(size) for size in both if seconds[title, size] < seconds[other, size]]
+    texts.append(f"{other}: a workgroup per member is faster for {', '.join(faster) or 'no number of'} members")
+print("; ".join(texts) or "no device", end=".\n")
 PYTHON
 printf '\n## Derivatives\n\n'
 "$programs/jacobian" --bench
-printf '\n## Sweep of %s members\n\n| backend | march, s | statistics, s | whole, s | largest resident set, MiB |\n|---|---|---|---|---|\n' "$members"
+printf '\n## Sweep of %s members\n\n' "$members"
+printf '| backend | march, s | statistics, s | whole, s | largest resident set, MiB |\n|---|---|---|---|---|\n'
 for backend in gpu cpu; do
     chosen=(--backend "$backend")
     [ "$backend" = cpu ] || chosen+=("${device[@]}")
-    python3 - "$programs/bondline" uncertainty cases/lcat-2259 -n "$members" --quiet --out "$folder/$backend" "${chosen[@]}" <<'PYTHON'
+    python3 - "$programs/bondline" uncertainty cases/lcat-2259 -n "$members" --quiet --out "$folder/$backend" \
+        "${chosen[@]}" <<'PYTHON'
 import json, resource, subprocess, sys
 done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)
 if done.returncode:
@@ -84,7 +88,8 @@ if done.returncode:
 summary = json.load(open(sys.argv[sys.argv.index("--out") + 1] + "/summary.json"))
 seconds, backend = summary["seconds"], summary["backend"]
 peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-print(f"| {backend['name']} {backend['precision']} | {seconds['march']:.2f} | {seconds['reduce']:.2f} | {seconds['total']:.2f} | {peak:.0f} |")
+times = " | ".join(f"{seconds[part]:.2f}" for part in ("march", "reduce", "total"))
+print(f"| {backend['name']} {backend['precision']} | {times} | {peak:.0f} |")
 PYTHON
 done
 [ "${parity:-passed}" = passed ] || fail 'the device and the CPU differ: see Parity'

@@ -1,10 +1,10 @@
 //! Adaptation of grid and time steps to a tolerance, from a posteriori error estimates of the nominal member.
 //!
-//! Each region, a ply (of many plies, some adjacent ones) or a segment of time, has a density of its own. Marching with
-//! that region alone refined by two measures its contribution to the error at the sensors; then the densities are chosen
-//! that minimise the work for the tolerance. Cells and steps are thereby fine only where a sensor sees the difference,
-//! which local error estimates do not know. All members share the result, so that differences between them carry no
-//! noise from step-size control.
+//! Each region, a ply (of many plies, some adjacent ones) or a segment of time, has a density of its own. Marching
+//! with that region alone refined by two measures its contribution to the error at the sensors; then the densities are
+//! chosen that minimise the work for the tolerance. Cells and steps are thereby fine only where a sensor sees the
+//! difference, which local error estimates do not know. All members share the result, so that differences between them
+//! carry no noise from step-size control.
 
 pub mod error_estimate;
 

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// A folder of adapted plans, one file each. Its name is a hash of the content of the case and of the solver's sources,
-/// and the file has a checksum. A file that is damaged or does not fit the case is ignored; the folder may be deleted at
-/// any time.
+/// and the file has a checksum. A file that is damaged or does not fit the case is ignored; the folder may be deleted
+/// at any time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanCache {
     folder: PathBuf,
