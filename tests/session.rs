@@ -2,13 +2,13 @@
 
 use crate::cli::run;
 use crate::support::{Scratch, adapter, case, cases, root, without_run};
-use bondline::case::Case;
+use bondline::case::{Bounds, Case};
 use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::march::cpu::Cpu;
 use bondline::report::files::OutputFolder;
 use bondline::session::{
-    BackendKind, CancelToken, Checkpoint, Derivatives, EstimateOptions, FitOptions, HistoryOptions,
+    BackendKind, CancelToken, Checkpoint, Derivatives, EstimateOptions, FitOptions, HistoryOptions, LogPart,
     ObservationSelection, Options, Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start,
     StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
@@ -184,6 +184,57 @@ fn an_answer_does_not_depend_on_earlier_studies_or_on_the_number_of_threads() {
     assert_eq!(alone.predict().expect("a prediction").temperatures_k, before.temperatures_k);
     let backend = &alone.answers().expect("answers").backend;
     assert!(backend.name.starts_with("1 threads"), "a pool of one thread: {}", backend.name);
+}
+
+/// A part as another process receives it.
+fn sent(part: LogPart) -> LogPart {
+    LogPart::from_json(&part.to_json()).expect("the text of a part")
+}
+
+#[test]
+fn an_estimate_from_minimisations_of_other_sessions_is_that_of_one_session_bit_for_bit() {
+    const STARTS: usize = 9;
+    for prior in [None, Some(Bounds::Small)] {
+        let fit = FitOptions { prior: Some(prior), starts: STARTS, ..FitOptions::default() };
+        let options = EstimateOptions { fit, ..EstimateOptions::default() };
+        let whole = format!("{:?}", open(case("slab")).estimate(&options).expect("an estimate"));
+        let rounds = options.rounds(&case("slab")).expect("rounds");
+        assert_eq!(rounds.len(), if prior.is_some() { 2 } else { 1 });
+        let mut parts: Vec<LogPart> = Vec::new();
+        for round in rounds {
+            for (first, end) in [(4, STARTS), (0, 4)] {
+                let rows = round.start + first..round.start + end;
+                let earlier: Vec<LogPart> =
+                    parts.iter().filter(|part| part.rows().end <= round.start).cloned().collect();
+                let part = open(case("slab")).estimate_part(&options, rows, &earlier).expect("a part");
+                parts.push(sent(part));
+            }
+        }
+        let merged = open(case("slab")).estimate_from(&options, &parts).expect("an estimate");
+        assert_eq!(format!("{merged:?}"), whole);
+        assert_eq!(merged.start_results.len(), STARTS);
+
+        let fewer = FitOptions { starts: STARTS - 1, ..options.fit.clone() };
+        let other = open(case("slab")).estimate_from(&EstimateOptions { fit: fewer, ..options.clone() }, &parts);
+        assert!(other.is_err_and(|error| error.to_string().contains("of another study")));
+        let without_first = open(case("slab")).estimate_from(&options, &parts[..1]);
+        assert!(without_first.is_err_and(|error| error.to_string().contains("no part has rows 0..4")));
+        let none = open(case("slab")).estimate_part(&options, 3..3, &[]);
+        assert!(none.is_err_and(|error| error.to_string().contains("rows 3..3")));
+    }
+}
+
+#[test]
+fn a_coverage_study_from_fits_of_other_sessions_is_that_of_one_session_bit_for_bit() {
+    let options = TwinStudyOptions::new(12);
+    let whole = format!("{:?}", open(case("slab")).twin_study(&options).expect("a study"));
+    let part = |rows| sent(open(case("slab")).twin_study_part(&options, rows).expect("a part"));
+    let merged = open(case("slab")).twin_study_from(&options, &[part(5..12), part(0..5)]).expect("a study");
+    assert_eq!(format!("{merged:?}"), whole);
+    let other = TwinStudyOptions { seed: 2, ..options.clone() };
+    let refused = open(case("slab")).twin_study_from(&other, &[part(0..5)]);
+    assert!(refused.is_err_and(|error| error.to_string().contains("of another study")));
+    assert_ne!(format!("{:?}", open(case("slab")).twin_study(&other).expect("a study")), whole);
 }
 
 #[test]

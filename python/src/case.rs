@@ -8,7 +8,7 @@ use bondline::case::FileSource;
 use bondline::session::{Options, PlanCache};
 use bondline::study::sweep_piece::fingerprint;
 use bondline::study::thermocouple_residuals::samples;
-use bondline::{Ensemble, Session};
+use bondline::{Ensemble, Session, Traces};
 use clap::Parser;
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -200,11 +200,24 @@ impl Case {
         report: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let members = ensemble(&points)?;
-        let traces = self.with_session(py, &options, report.as_ref(), move |session| {
-            session.march(&members).map_err(|error| errors::session_error(&error))
+        let [sensors, instants] = self.with_session(py, &options, report.as_ref(), |session| {
+            Ok([session.case().sensors().len(), session.plan().instants_s().len()])
         })?;
-        let shape = [traces.statuses.len(), traces.sensors, traces.instants];
-        question::temperatures(traces).into_pyarray(py).reshape(shape)
+        // NumPy asks for huge pages, without which the first writes into a large array take as long as marching a tenth
+        // of a simple case.
+        let empty = py.import("numpy")?.call_method1("empty", ([members.len(), sensors, instants],))?;
+        let found = empty.cast_into::<PyArray3<f64>>()?;
+        let mut writable = found.readwrite();
+        let values = writable.as_slice_mut()?;
+        self.with_session(py, &options, report.as_ref(), move |session| {
+            let take = &mut |batch: &Traces| {
+                let start = batch.first * sensors * instants;
+                question::copy_temperatures(batch, &mut values[start..start + batch.temperatures_k.len()]);
+            };
+            session.march_with(&members, take).map_err(|error| errors::session_error(&error))
+        })?;
+        drop(writable);
+        Ok(found)
     }
 
     /// Temperatures and their exact derivatives: member × (1 + factor) × sensor × instant.

@@ -8,6 +8,7 @@ mod case;
 #[allow(unreachable_pub, reason = "the module is written for a binary")]
 mod command;
 mod errors;
+mod log_parts;
 mod question;
 mod sweep;
 mod work;
@@ -38,6 +39,9 @@ fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<sweep::Merger>()?;
     module.add_function(wrap_pyfunction!(run_command, module)?)?;
     module.add_function(wrap_pyfunction!(to_toml, module)?)?;
+    module.add_function(wrap_pyfunction!(log_parts::log_answers, module)?)?;
+    module.add_function(wrap_pyfunction!(log_parts::log_part, module)?)?;
+    module.add_function(wrap_pyfunction!(log_parts::log_rounds, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep_part, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::check_sweep, module)?)?;
     let py = module.py();
@@ -45,6 +49,17 @@ fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CaseError", py.get_type::<errors::CaseError>())?;
     module.add("OptionError", py.get_type::<errors::OptionError>())?;
     module.add("DeviceError", py.get_type::<errors::DeviceError>())?;
-    let names = ["Answers", "Case", "Merger", "check_sweep", "run_command", "sweep_part", "to_toml"];
+    let names = [
+        "Answers",
+        "Case",
+        "Merger",
+        "check_sweep",
+        "log_answers",
+        "log_part",
+        "log_rounds",
+        "run_command",
+        "sweep_part",
+        "to_toml",
+    ];
     module.add("__all__", PyList::new(py, names)?)
 }

@@ -1,7 +1,7 @@
 //! Questions to a session, and their answers.
 
 use crate::case::{Case, parse};
-use crate::command::args::{Command, convert};
+use crate::command::args::{Command, FitArgs, ObservationArgs, PosteriorArgs, convert};
 use crate::errors;
 use bondline::Session;
 use bondline::report::files::OutputFolder;
@@ -11,6 +11,7 @@ use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pythonize::pythonize;
+use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// The answers of a question.
@@ -76,6 +77,16 @@ pub(crate) fn temperatures(mut traces: Traces) -> Vec<f64> {
     traces.temperatures_k
 }
 
+/// Copies the temperatures of marches, with NaN for members that failed.
+pub(crate) fn copy_temperatures(traces: &Traces, temperatures_k: &mut [f64]) {
+    let width = (traces.sensors * traces.instants).max(1);
+    let members = temperatures_k.par_chunks_mut(width).zip(traces.temperatures_k.par_chunks(width));
+    members.zip(&traces.statuses).for_each(|((copy, temperatures_k), status)| match status {
+        MemberStatus::Completed => copy.copy_from_slice(temperatures_k),
+        _ => copy.fill(f64::NAN),
+    });
+}
+
 /// Answers a question with the options of its command.
 pub(crate) fn ask(
     case: &Case,
@@ -98,6 +109,22 @@ pub(crate) fn ask(
         let answers = session.answers().cloned();
         let answers = answers.ok_or_else(|| PyValueError::new_err("the question has no answers"))?;
         Ok((Answers(answers), members))
+    })
+}
+
+/// The options of an estimate of one case.
+pub(crate) fn estimate_options(
+    data: &ObservationArgs,
+    fit: &FitArgs,
+    posterior: &PosteriorArgs,
+    seed: u64,
+) -> PyResult<EstimateOptions> {
+    let refused = |failure| errors::failure(&failure);
+    Ok(EstimateOptions {
+        observations: convert::observations(data).map_err(refused)?,
+        fit: convert::fit(fit).map_err(refused)?,
+        posterior: convert::walkers(posterior, seed),
+        ..EstimateOptions::default()
     })
 }
 
@@ -131,12 +158,7 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
             session.sensitivity(&options).map(drop).map_err(failed)
         }
         Command::Estimate { data, fit, posterior, seed, .. } => {
-            let options = EstimateOptions {
-                observations: convert::observations(data).map_err(refused)?,
-                fit: convert::fit(fit).map_err(refused)?,
-                posterior: convert::walkers(posterior, *seed),
-                ..EstimateOptions::default()
-            };
+            let options = estimate_options(data, fit, posterior, *seed)?;
             session.estimate(&options).map(drop).map_err(failed)
         }
         Command::Study { sweep, data, fit, posterior, .. } => {

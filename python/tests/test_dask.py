@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import bondline
@@ -12,6 +13,8 @@ import bondline.dask
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster
+
+slow = pytest.mark.skipif("BONDLINE_ALL" not in os.environ, reason="starts processes: BONDLINE_ALL=1 runs it")
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +68,47 @@ def test_wrong_options_are_refused_before_anything_is_sent(client: Client, slab:
         bondline.dask.uncertainty(slab, 10, client=client, pieces=11)
 
 
+@pytest.mark.parametrize("prior", ["none", "small"])
+def test_an_estimate_whose_starts_are_divided_is_that_of_one_process(
+    client: Client, slab: bondline.Case, prior: str
+) -> None:
+    options: dict[str, Any] = {"prior": prior, "profile": ["f_k"]}
+    whole = slab.estimate(starts=9, **options)
+    seen: list[tuple[int, int]] = []
+    found = bondline.dask.estimate(
+        slab, 9, client=client, pieces=4, progress=lambda *finished: seen.append(finished), **options
+    )
+    assert repr(found.record["estimated"]) == repr(whole.record["estimated"])
+    assert len(found.record["estimated"]["start_results"]) == 9
+    minimisations = 9 if prior == "none" else 18
+    assert len(seen) == 4 * minimisations // 9 and seen[-1] == (minimisations, minimisations)
+    fewer = bondline.dask.estimate(slab, 8, client=client, **options)
+    assert repr(fewer.record["estimated"]) != repr(whole.record["estimated"])
+
+
+def test_a_coverage_study_whose_data_sets_are_divided_is_that_of_one_process(
+    client: Client, slab: bondline.Case
+) -> None:
+    whole = slab.coverage(n=12, seed=3)
+    found = bondline.dask.coverage(slab, 12, client=client, pieces=5, seed=3)
+    assert repr(found.record["coverage_study"]) == repr(whole.record["coverage_study"])
+    other = bondline.dask.coverage(slab, 12, client=client, seed=4)
+    assert repr(other.record["coverage_study"]) != repr(whole.record["coverage_study"])
+
+
+def test_wrong_options_of_divided_studies_are_refused_before_anything_is_sent(
+    client: Client, slab: bondline.Case
+) -> None:
+    with pytest.raises(bondline.OptionError, match="starts 0: expected at least 1"):
+        bondline.dask.estimate(slab, 0, client=client)
+    with pytest.raises(bondline.OptionError, match="no factor"):
+        bondline.dask.estimate(slab, 4, client=client, factors=["f_none"])
+    with pytest.raises(bondline.OptionError, match="at least 2 data sets"):
+        bondline.dask.coverage(slab, 1, client=client)
+    with pytest.raises(ValueError, match="expected 1 to 3, the number of starts, found 4"):
+        bondline.dask.estimate(slab, 3, client=client, pieces=4)
+
+
 def test_chains_of_several_seeds_are_those_of_one_process(client: Client, slab: bondline.Case) -> None:
     options: dict[str, Any] = {"factors": ["f_k", "f_cp"], "walkers": 8, "mcmc_iterations": 60}
     found = bondline.dask.posterior(slab, [1, 2], client=client, **options)
@@ -76,16 +120,30 @@ def test_chains_of_several_seeds_are_those_of_one_process(client: Client, slab: 
     assert not np.array_equal(found["f_k"][0], found["f_k"][1])
 
 
-@pytest.mark.skipif("BONDLINE_ALL" not in os.environ, reason="starts processes: BONDLINE_ALL=1 runs it")
+@contextmanager
+def workers(client: Client, cluster: LocalCluster, number: int) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """Processes of one thread each, without nannies, which would start them again."""
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address]
+    options = ["--no-nanny", "--no-dashboard", "--nthreads", "1", "--host", "127.0.0.1"]
+    processes = [subprocess.Popen([*command, *options], stderr=subprocess.DEVNULL) for _ in range(number)]
+    try:
+        client.wait_for_workers(number, timeout=120)
+        yield processes
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait(60)
+
+
+@slow
 def test_a_sweep_survives_the_death_of_three_of_four_workers(slab: bondline.Case) -> None:
     members = 200_000
-    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster, Client(cluster) as client:
-        # Without nannies, which would start them again.
-        command = [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address]
-        options = ["--no-nanny", "--no-dashboard", "--nthreads", "1", "--host", "127.0.0.1"]
-        workers = [subprocess.Popen([*command, *options], stderr=subprocess.DEVNULL) for _ in range(4)]
-        client.wait_for_workers(4, timeout=120)
-        left = list(workers)
+    with (
+        LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster,
+        Client(cluster) as client,
+        workers(client, cluster, 4) as processes,
+    ):
+        left = list(processes)
 
         def kill(partial: bondline.Uncertainty) -> None:
             """Kill a worker after each of the first three answers."""
@@ -93,13 +151,31 @@ def test_a_sweep_survives_the_death_of_three_of_four_workers(slab: bondline.Case
                 assert partial.completed < members
                 left.pop().kill()
 
-        try:
-            found = bondline.dask.uncertainty(
-                slab, members, 3, client=client, pieces=60, progress=kill, interval_s=0.0
-            )
-            assert len(client.scheduler_info()["workers"]) == 1
-        finally:
-            for worker in workers:
-                worker.kill()
-        assert [worker.wait(60) for worker in workers[1:]] == [-signal.SIGKILL] * 3
+        found = bondline.dask.uncertainty(slab, members, 3, client=client, pieces=60, progress=kill, interval_s=0.0)
+        assert len(client.scheduler_info()["workers"]) == 1
+        assert [process.wait(60) for process in processes[1:]] == [-signal.SIGKILL] * 3
     assert numbers(found) == numbers(slab.uncertainty(n=members, seed=3))
+
+
+@slow
+@pytest.mark.parametrize("question", ["estimate", "coverage"])
+def test_a_divided_study_survives_the_death_of_a_worker(slab: bondline.Case, question: str) -> None:
+    with (
+        LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster,
+        Client(cluster) as client,
+        workers(client, cluster, 2) as processes,
+    ):
+
+        def kill(finished: int, number: int) -> None:
+            assert finished < number or processes[1].poll() is not None
+            processes[1].kill()
+
+        divided = {"client": client, "pieces": 20, "progress": kill}
+        if question == "estimate":
+            found: bondline.Result = bondline.dask.estimate(slab, 400, prior="small", **divided)
+        else:
+            found = bondline.dask.coverage(slab, 200, **divided)
+        assert processes[1].wait(60) == -signal.SIGKILL
+    alone = slab.estimate(starts=400, prior="small") if question == "estimate" else slab.coverage(200)
+    part = "estimated" if question == "estimate" else "coverage_study"
+    assert repr(found.record[part]) == repr(alone.record[part])

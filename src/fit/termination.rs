@@ -24,6 +24,17 @@ pub enum Termination {
 }
 
 impl Termination {
+    /// Every way to end.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::ResidualsZero,
+        Self::Gradient,
+        Self::Reduction,
+        Self::Step,
+        Self::MaxIterations,
+        Self::Stalled,
+        Self::NotFinite,
+    ];
+
     /// Whether the point is a minimum within the tolerances. It may be a local one.
     pub fn converged(&self) -> bool {
         matches!(self, Self::ResidualsZero | Self::Gradient | Self::Reduction | Self::Step)
@@ -131,9 +142,7 @@ mod tests {
 
     #[test]
     fn only_a_minimum_counts_as_converged_and_every_termination_has_advice() {
-        use Termination::*;
-        let ends = [ResidualsZero, Gradient, Reduction, Step, MaxIterations, Stalled, NotFinite];
-        assert_eq!(ends.map(|end| end.converged()), [true, true, true, true, false, false, false]);
-        assert!(ends.iter().all(|end| end.advice().ends_with('.')));
+        assert_eq!(Termination::ALL.map(|end| end.converged()), [true, true, true, true, false, false, false]);
+        assert!(Termination::ALL.iter().all(|end| end.advice().ends_with('.')));
     }
 }

@@ -1,11 +1,10 @@
 //! Finished work, kept in a folder while a study runs: after a kill, it goes on from there. Members of a sweep are kept
 //! as the statistics of one [piece](crate::study::sweep_piece), whose size does not grow with their number; a coverage
-//! study keeps its fits; a posterior and a sizing keep the rows of their [log](crate::study::work_log).
+//! study, a posterior and a sizing keep the rows of their [log](crate::study::work_log).
 
 use super::error::{InputError, SessionError};
 use super::sweep_merger::difference;
 use crate::limits::{PIECE_FILE_MIB, read_file};
-use crate::study::coverage_study::{DataSetFit, kept_fits::KeptFits};
 use crate::study::kept_rows::KeptRows;
 use crate::study::row_journal::{self, RowJournal};
 use crate::study::sweep_piece::Piece;
@@ -17,9 +16,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The statistics of a sweep so far, and the fits of a coverage study.
+/// The statistics of a sweep so far.
 const SWEEP: &str = "sweep.json";
-const FITS: &str = "fits.json";
 
 /// The files of a study that keeps the rows of its log.
 #[derive(Clone, Copy)]
@@ -29,6 +27,9 @@ pub(super) struct RowFiles {
     rows: &'static str,
     unit: &'static str,
 }
+
+/// Fits of a coverage study.
+pub(super) const FITS: RowFiles = RowFiles { head: "fits.json", rows: "fits.rows", unit: "data sets" };
 
 /// Iterations of a posterior.
 pub(super) const ITERATIONS: RowFiles =
@@ -91,25 +92,20 @@ impl Checkpoint {
     /// When a file cannot be read or is damaged.
     pub fn found(&self) -> Result<Option<KeptWork>, SessionError> {
         // The posterior of a study begins after its sweep.
-        for files in [ITERATIONS, MARCHES] {
+        for files in [FITS, ITERATIONS, MARCHES] {
             if let Some(KeptRows { run, finished, requested, .. }) = self.read(files.head, KeptRows::from_json)? {
                 let (unit, range, date) = (files.unit, 0..finished, run.date);
                 return Ok(Some(KeptWork { unit, range, completed: finished, requested, date }));
             }
         }
-        if let Some(piece) = self.piece()? {
-            let (range, completed) = (piece.members.clone(), piece.completed());
-            let (requested, date) = (Some(piece.draw.members), piece.run.date);
-            return Ok(Some(KeptWork { unit: "members", range, completed, requested, date }));
-        }
-        let kept = |fits: KeptFits| KeptWork {
-            unit: "data sets",
-            range: 0..fits.len(),
-            completed: fits.len(),
-            requested: Some(fits.requested),
-            date: fits.run.date,
+        let kept = |piece: Piece| KeptWork {
+            unit: "members",
+            range: piece.members.clone(),
+            completed: piece.completed(),
+            requested: Some(piece.draw.members),
+            date: piece.run.date,
         };
-        Ok(self.read(FITS, KeptFits::from_json)?.map(kept))
+        Ok(self.piece()?.map(kept))
     }
 
     /// Remove the folder, once the answer is in safety.
@@ -118,7 +114,8 @@ impl Checkpoint {
     /// When a file cannot be removed.
     pub fn remove(&self) -> io::Result<()> {
         // These go first: what is left cannot be taken for finished work.
-        let files = [SWEEP, FITS, ITERATIONS.head, MARCHES.head].map(|name| fs::remove_file(self.folder.join(name)));
+        let files =
+            [SWEEP, FITS.head, ITERATIONS.head, MARCHES.head].map(|name| fs::remove_file(self.folder.join(name)));
         for removed in files.into_iter().chain([fs::remove_dir_all(&self.folder)]) {
             removed.or_else(|error| if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) })?;
         }
@@ -259,47 +256,6 @@ impl SweepKeeper {
     /// Keep the members now.
     pub(super) fn keep(&mut self, statistics: &SweepStatistics) {
         self.keeper.keep(SWEEP, || self.empty.with_statistics(statistics).to_json());
-    }
-
-    /// The first error.
-    pub(super) fn remark(self) -> Option<String> {
-        self.keeper.remark()
-    }
-}
-
-/// Keeps the fits of one coverage study.
-pub(super) struct FitKeeper {
-    keeper: Keeper,
-    fits: KeptFits,
-}
-
-impl FitKeeper {
-    /// `empty` is of the study, without fits.
-    pub(super) fn new(checkpoint: Checkpoint, empty: KeptFits) -> Self {
-        Self { keeper: Keeper::new(checkpoint), fits: empty }
-    }
-
-    /// The kept fits of this study.
-    ///
-    /// # Errors
-    /// When they are of another study or damaged.
-    pub(super) fn kept(&self) -> Result<Vec<DataSetFit>, SessionError> {
-        let Some(kept) = self.keeper.checkpoint.read(FITS, KeptFits::from_json)? else { return Ok(Vec::new()) };
-        check_study(&self.keeper.checkpoint, "fits", &kept.study, &self.fits.study)?;
-        Ok(kept.fits())
-    }
-
-    /// Keep the fits if the last time is long enough ago.
-    pub(super) fn update(&mut self, fits: &[DataSetFit]) {
-        if self.keeper.is_due() {
-            self.keep(fits);
-        }
-    }
-
-    /// Keep the fits now.
-    pub(super) fn keep(&mut self, fits: &[DataSetFit]) {
-        self.fits.set(fits);
-        self.keeper.keep(FITS, || self.fits.to_json());
     }
 
     /// The first error.

@@ -12,6 +12,8 @@ mod checkpoint;
 mod design;
 mod error;
 #[cfg(feature = "serde")]
+mod log_parts;
+#[cfg(feature = "serde")]
 mod merge;
 mod options;
 #[cfg(feature = "serde")]
@@ -25,6 +27,8 @@ pub use crate::march::backend_selection::BackendKind;
 pub use crate::march::cpu::InstructionSet;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
 pub use crate::study::answers::Answers;
+#[cfg(feature = "serde")]
+pub use crate::study::log_part::LogPart;
 #[cfg(feature = "serde")]
 pub use checkpoint::{Checkpoint, KeptWork};
 pub use error::{InputError, SessionError};
@@ -40,22 +44,20 @@ pub use plan_cache::PlanCache;
 pub use sweep_merger::SweepMerger;
 
 use crate::adapt::adapt_monitored;
-use crate::case::{Bounds, Case};
+use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::monitor::MonitoredMarch;
 use crate::march::{Backend, March, MarchError, Precision, backend_selection, march_all};
 use crate::plan::Plan;
 #[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
-#[cfg(not(feature = "serde"))]
-use crate::study::coverage_study::coverage_study;
-use crate::study::coverage_study::{CoverageDesign, CoverageStudy};
 #[cfg(feature = "serde")]
-use crate::study::coverage_study::{DataSetFit, coverage_study_from, kept_fits::KeptFits};
+use crate::study::coverage_study;
+use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study_from};
 use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
 use crate::study::driver_emissivity::driver_emissivity;
 use crate::study::driver_smoothing::driver_smoothing;
-use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate};
+use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate_from};
 use crate::study::flux_inversion::{FluxInversion, invert_flux};
 #[cfg(feature = "serde")]
 use crate::study::kept_rows::KeptRows;
@@ -76,13 +78,12 @@ use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint
 use crate::study::timing::Timing;
 use crate::study::twin::{SyntheticData, twin};
 use crate::study::uncertainty::{SweepStatistics, Uncertainty, failure_reason};
-#[cfg(not(feature = "serde"))]
-use crate::study::work_log::NoLog;
+use crate::study::work_log::{NoLog, WorkLog};
 #[cfg(feature = "serde")]
 use crate::traces::MemberStatus;
 use crate::traces::Traces;
 #[cfg(feature = "serde")]
-use checkpoint::{FitKeeper, ITERATIONS, MARCHES, RowFiles, RowKeeper, SweepKeeper};
+use checkpoint::{FITS, ITERATIONS, MARCHES, RowFiles, RowKeeper, SweepKeeper};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 #[cfg(feature = "serde")]
@@ -308,13 +309,20 @@ impl Session {
     /// When an option is wrong, there are no factors to estimate or no observations, the device fails or the march is
     /// cancelled. A minimisation that does not converge is no error: see [`ParameterEstimates::converged`].
     pub fn estimate(&mut self, options: &EstimateOptions) -> Result<ParameterEstimates, SessionError> {
+        self.estimate_with_log(options, |_, _| Ok(NoLog))
+    }
+
+    /// [`estimate`](Self::estimate), with a log of the minimisations.
+    fn estimate_with_log<L: WorkLog>(
+        &mut self,
+        options: &EstimateOptions,
+        log: impl FnOnce(&RunningStudy<'_>, &SearchOptions) -> Result<L, SessionError> + Send,
+    ) -> Result<ParameterEstimates, SessionError> {
         let prepared = options.prepared(&self.case)?;
         self.run("estimate", prepared.case, ESTIMATE_MEMBERS, |study| {
-            let others = prepared.others.into_iter().map(|other| with_tolerance(other, study.tolerance_k));
-            study.answers.other_cases = others.collect();
-            let compared = prepared.comparison.as_ref();
-            study.answers.other_cases.iter().chain(compared).for_each(|case| study.answers.run.add_files(case));
-            let found = study.estimate(&options.fit, options.posterior.as_ref())?;
+            study.add_other_cases(prepared.others);
+            prepared.comparison.iter().for_each(|case| study.answers.run.add_files(case));
+            let found = study.estimate(&options.fit, options.posterior.as_ref(), log)?;
             if let Some(other) = prepared.comparison {
                 study.compare(other, &options.fit, &found)?;
             }
@@ -337,7 +345,7 @@ impl Session {
             study.depth_profiles(Some(&options.sweep))?;
             study.sensitivity(&SensitivityOptions::default())?;
             if not_estimated.is_none() {
-                study.estimate(&options.fit, options.posterior.as_ref())?;
+                study.estimate(&options.fit, options.posterior.as_ref(), |_, _| Ok(NoLog))?;
             }
             study.answers.not_estimated = not_estimated;
             Ok(())
@@ -411,31 +419,21 @@ impl Session {
     pub fn twin_study(&mut self, options: &TwinStudyOptions) -> Result<CoverageStudy, SessionError> {
         let case = options.prepared(&self.case)?;
         self.run("twin", case, options.data_sets, |study| {
-            study.predict()?;
-            let RunningStudy { plan, march, answers, .. } = study;
-            let search = SearchOptions { landscape: false, ..options.fit.search(march.backend().precision) };
-            let (twins, noise_k, noise) = (options.data_sets, options.noise_k, options.noise());
-            let design = CoverageDesign { data_sets: twins, truth_bounds: Bounds::Small, noise_k, noise, search };
+            let design = options.design(study.march.backend().precision);
             #[cfg(feature = "serde")]
-            let found = {
-                let kept = KeptFits::new(&answers.case, &design, &march.backend(), answers.run.clone());
-                let mut keeper = study.checkpoint.clone().map(|checkpoint| FitKeeper::new(checkpoint, kept));
-                let first_fits = keeper.as_ref().map_or(Ok(Vec::new()), FitKeeper::kept)?;
-                let watch = &mut |fits: &[DataSetFit]| keeper.iter_mut().for_each(|keeper| keeper.update(fits));
-                let found = coverage_study_from(&answers.case, plan, *march, &design, first_fits, watch)?;
-                if let Some(mut keeper) = keeper {
-                    if found.is_partial() {
-                        keeper.keep(&found.fits);
-                    }
-                    answers.run.remarks.extend(keeper.remark());
-                }
-                found
+            let mut log = {
+                let size = (coverage_study::log_columns(&study.answers.case)?, Some(design.data_sets));
+                study.row_keeper(FITS, &format!("{design:?}"), size)?
             };
             #[cfg(not(feature = "serde"))]
-            let found = coverage_study(&answers.case, plan, *march, &design)?;
-            answers.seed = Some(options.seed);
-            answers.coverage_study = Some(found.clone());
-            Ok(found)
+            let mut log = NoLog;
+            let found = study.coverage(&design, &mut log);
+            #[cfg(feature = "serde")]
+            {
+                let is_complete = found.as_ref().is_ok_and(|found| !found.is_partial());
+                study.answers.run.remarks.extend(end_of_log(log, !is_complete));
+            }
+            found
         })
     }
 
@@ -445,12 +443,26 @@ impl Session {
     /// # Errors
     /// When the rows do not have one value per factor, the device fails or the march is cancelled.
     pub fn march(&mut self, points: &Ensemble) -> Result<Traces, SessionError> {
+        let mut traces = Traces::empty(0, self.plan.sensors, self.plan.instants_s.len());
+        traces.temperatures_k.reserve_exact(points.len() * traces.sensors * traces.instants);
+        self.march_with(points, &mut |batch| traces.extend(batch, 0..batch.members()))?;
+        Ok(traces)
+    }
+
+    /// [`march`](Self::march), with a function that is called with every batch of members, in place of the traces of
+    /// all.
+    ///
+    /// # Errors
+    /// As [`march`](Self::march).
+    pub fn march_with(
+        &mut self,
+        points: &Ensemble,
+        take: &mut (dyn FnMut(&Traces) + Send),
+    ) -> Result<(), SessionError> {
         self.check_points(points, &[])?;
         self.with_march(points.len(), self.options.precision, |plan, march| {
-            let mut traces = Traces::empty(0, plan.sensors, plan.instants_s.len());
             march.begin_sweep(points.len());
-            march_all(march, plan, points, &mut |batch| traces.extend(&batch, 0..batch.members()))?;
-            Ok(traces)
+            Ok(march_all(march, plan, points, &mut |batch| take(&batch))?)
         })
     }
 
@@ -712,10 +724,15 @@ impl RunningStudy<'_> {
         size: (usize, Option<usize>),
     ) -> Result<Option<RowKeeper>, SessionError> {
         let Some(checkpoint) = self.checkpoint.clone() else { return Ok(None) };
+        RowKeeper::open(checkpoint, files, self.log_head(options, size)).map(Some)
+    }
+
+    /// What the rows of the log of this study are of.
+    #[cfg(feature = "serde")]
+    fn log_head(&self, options: &str, size: (usize, Option<usize>)) -> KeptRows {
         let Answers { case, other_cases, run, .. } = &self.answers;
         let cases = std::iter::once(case).chain(other_cases);
-        let head = KeptRows::new(cases, &self.march.backend(), run.clone(), options, size);
-        RowKeeper::open(checkpoint, files, head).map(Some)
+        KeptRows::new(cases, &self.march.backend(), run.clone(), options, size)
     }
 
     fn sensitivity(&mut self, options: &SensitivityOptions) -> Result<Sensitivity, SessionError> {
@@ -725,13 +742,30 @@ impl RunningStudy<'_> {
         Ok(found)
     }
 
-    fn estimate(&mut self, fit: &FitOptions, walkers: Option<&Walkers>) -> Result<ParameterEstimates, SessionError> {
-        let search = fit.search(self.march.backend().precision);
-        let Answers { case, other_cases: others, .. } = &self.answers;
+    /// Further cases of an estimate.
+    fn add_other_cases(&mut self, others: Vec<Case>) {
+        others.iter().for_each(|case| self.answers.run.add_files(case));
+        self.answers.other_cases = others.into_iter().map(|other| with_tolerance(other, self.tolerance_k)).collect();
+    }
+
+    /// The plans of the further cases.
+    fn other_plans(&self) -> Result<Vec<Plan>, SessionError> {
         let monitor = self.march.monitor();
-        let plans: Vec<Plan> = others.iter().map(|other| adapt_monitored(other, &monitor)).collect::<Result<_, _>>()?;
+        Ok(self.answers.other_cases.iter().map(|other| adapt_monitored(other, &monitor)).collect::<Result<_, _>>()?)
+    }
+
+    fn estimate<L: WorkLog>(
+        &mut self,
+        fit: &FitOptions,
+        walkers: Option<&Walkers>,
+        log: impl FnOnce(&Self, &SearchOptions) -> Result<L, SessionError>,
+    ) -> Result<ParameterEstimates, SessionError> {
+        let search = fit.search(self.march.backend().precision);
+        let mut log = log(self, &search)?;
+        let plans = self.other_plans()?;
+        let Answers { case, other_cases: others, .. } = &self.answers;
         let runs: Vec<(&Case, &Plan)> = std::iter::once((case, self.plan)).chain(others.iter().zip(&plans)).collect();
-        let found = estimate(&runs, self.march, &search)?;
+        let found = estimate_from(&runs, self.march, &search, &mut log)?;
         if let Some(walkers) = walkers {
             let iterations = walkers.iterations;
             #[cfg(feature = "serde")]
@@ -752,6 +786,14 @@ impl RunningStudy<'_> {
             self.answers.seed = Some(walkers.seed);
         }
         self.answers.estimated = Some(found.clone());
+        Ok(found)
+    }
+
+    fn coverage(&mut self, design: &CoverageDesign, log: &mut dyn WorkLog) -> Result<CoverageStudy, SessionError> {
+        self.predict()?;
+        let found = coverage_study_from(&self.answers.case, self.plan, self.march, design, log)?;
+        self.answers.seed = Some(design.noise.seed);
+        self.answers.coverage_study = Some(found.clone());
         Ok(found)
     }
 

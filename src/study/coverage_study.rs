@@ -3,19 +3,20 @@
 //! Synthetic data sets are generated from factors drawn between the side constraints, with noise, and each is fitted
 //! like a measurement. Counting coverage tests the intervals without any assumption except the noise model.
 
-#[cfg(feature = "serde")]
-pub(crate) mod kept_fits;
+mod fit_row;
 
 use super::estimate::{EstimateError, ParameterEstimates, SearchOptions, estimate};
 use super::nominal::samples_in_window;
 use super::proportion::Proportion;
 use super::twin::Noise;
+use super::work_log::{NoLog, WorkLog};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::march::batching::{MAX_CONCURRENT_STUDIES, run_batched};
 use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
 use crate::traces::MemberStatus;
+use std::ops::Range;
 
 /// Results over all fitted data sets, converged or not.
 #[derive(Clone, Debug)]
@@ -131,57 +132,73 @@ pub fn coverage_study(
     march: &mut dyn March,
     design: &CoverageDesign,
 ) -> Result<CoverageStudy, EstimateError> {
-    coverage_study_from(case, plan, march, design, Vec::new(), &mut |_| {})
+    coverage_study_from(case, plan, march, design, &mut NoLog)
 }
 
-/// [`coverage_study`], going on from the first fits of an earlier run. `watch` receives the fits so far after every
-/// block of concurrent fits. A march that is stopped ends the study with the fits so far, if there are two.
+/// Numbers of a row in the log of a coverage study: the fit of a data set.
+///
+/// # Errors
+/// When there are no factors to estimate.
+#[cfg(feature = "serde")]
+pub(crate) fn log_columns(case: &Case) -> Result<usize, EstimateError> {
+    Ok(DataSetFit::columns(estimated(case)?.len()))
+}
+
+/// The factors to estimate.
+fn estimated(case: &Case) -> Result<&[usize], EstimateError> {
+    let factors = &case.estimate.factors;
+    if factors.is_empty() { Err(EstimateError::no_factors(&[case])) } else { Ok(factors) }
+}
+
+/// Some rows of the log of a coverage study, none of which depends on others.
 ///
 /// # Errors
 /// As [`coverage_study`].
-pub fn coverage_study_from(
+#[cfg(feature = "serde")]
+pub(crate) fn log_rows(
     case: &Case,
     plan: &Plan,
     march: &mut dyn March,
     design: &CoverageDesign,
-    first_fits: Vec<DataSetFit>,
-    watch: &mut dyn FnMut(&[DataSetFit]),
-) -> Result<CoverageStudy, EstimateError> {
-    let CoverageDesign { data_sets, truth_bounds: drawn, noise_k, noise, ref search } = *design;
-    let estimated = &case.estimate.factors;
-    if estimated.is_empty() {
-        return Err(EstimateError::no_factors(&[case]));
+    rows: Range<usize>,
+) -> Result<Vec<Vec<f64>>, EstimateError> {
+    let mut found = Vec::with_capacity(rows.len());
+    for first in rows.clone().step_by(MAX_CONCURRENT_STUDIES) {
+        let block = first..rows.end.min(first + MAX_CONCURRENT_STUDIES);
+        found.extend(fits(case, plan, march, design, block)?.iter().map(DataSetFit::row));
     }
-    let sampling = Sampling { kind: SamplingKind::Normal, seed: noise.seed };
-    let ensemble = Ensemble::sample(&case.factors, drawn, &sampling, data_sets);
-    let truths: Vec<Vec<f64>> = (0..data_sets)
-        .map(|data_set| {
-            let drawn = ensemble.member(data_set);
-            let of =
-                |factor: usize| if estimated.contains(&factor) { drawn[factor] } else { case.factors[factor].nominal };
-            (0..case.factors.len()).map(of).collect()
-        })
-        .collect();
-    let data = synthetic_cases(case, plan, march, &truths, noise_k, &noise)?;
-    let mut found = first_fits;
+    Ok(found)
+}
+
+/// [`coverage_study`], with a log of the fits. A march that is stopped ends the study with the fits so far, if there
+/// are two.
+///
+/// # Errors
+/// As [`coverage_study`].
+pub(crate) fn coverage_study_from(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    design: &CoverageDesign,
+    log: &mut dyn WorkLog,
+) -> Result<CoverageStudy, EstimateError> {
+    let CoverageDesign { data_sets, truth_bounds: drawn, noise_k, noise, .. } = *design;
+    let estimated = estimated(case)?;
+    let mut found: Vec<DataSetFit> = Vec::with_capacity(data_sets);
+    while found.len() < data_sets
+        && let Some(row) = log.next()
+    {
+        found.push(DataSetFit::from_row(row, estimated.len()));
+    }
     while found.len() < data_sets {
         let first = found.len();
-        let block = MAX_CONCURRENT_STUDIES.min(data_sets - first);
-        let fits = run_batched(march, plan, block, |number, march| {
-            data[first + number].as_ref().map(|data| estimate(&[(data, plan)], march, search))
-        });
-        let fits = match fits {
-            Err(MarchError::Stopped) if first >= 2 => break,
+        let block = first..data_sets.min(first + MAX_CONCURRENT_STUDIES);
+        let fits = match fits(case, plan, march, design, block) {
+            Err(EstimateError::March(MarchError::Stopped)) if first >= 2 => break,
             fits => fits?,
         };
-        for (truth, fit) in truths[first..].iter().zip(fits) {
-            let outcome = match fit {
-                None => FitOutcome::Failed("the march at the true factors failed".to_owned()),
-                Some(fit) => fit_outcome(fit?),
-            };
-            found.push(DataSetFit { truth: estimated.iter().map(|&factor| truth[factor]).collect(), outcome });
-        }
-        watch(&found);
+        fits.iter().for_each(|fit| log.add(&fit.row()));
+        found.extend(fits);
     }
     let fitted: Vec<(&[f64], &FitResult)> =
         found.iter().filter_map(|fit| Some((fit.truth.as_slice(), fit.outcome.result()?))).collect();
@@ -242,14 +259,50 @@ impl FitOutcome {
     }
 }
 
-/// The case with synthetic observations for each set of true factors; `None` where the march failed.
+/// The fits of some data sets, which run together.
+fn fits(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    design: &CoverageDesign,
+    data_sets: Range<usize>,
+) -> Result<Vec<DataSetFit>, EstimateError> {
+    let estimated = estimated(case)?;
+    let sampling = Sampling { kind: SamplingKind::Normal, seed: design.noise.seed };
+    let ensemble = Ensemble::sample(&case.factors, design.truth_bounds, &sampling, design.data_sets);
+    let truth = |data_set: usize| -> Vec<f64> {
+        let drawn = ensemble.member(data_set);
+        let of = |factor: usize| if estimated.contains(&factor) { drawn[factor] } else { case.factors[factor].nominal };
+        (0..case.factors.len()).map(of).collect()
+    };
+    let truths: Vec<Vec<f64>> = data_sets.clone().map(truth).collect();
+    let data = synthetic_cases(case, plan, march, &truths, design, data_sets.start)?;
+    let fits = run_batched(march, plan, data.len(), |number, march| {
+        data[number].as_ref().map(|data| estimate(&[(data, plan)], march, &design.search))
+    })?;
+    let fit = |(truth, fit): (Vec<f64>, Option<Result<ParameterEstimates, EstimateError>>)| {
+        let truth = estimated.iter().map(|&factor| truth[factor]).collect();
+        let outcome = match fit {
+            None => FitOutcome::Failed(NO_DATA.to_owned()),
+            Some(fit) => fit_outcome(fit?),
+        };
+        Ok(DataSetFit { truth, outcome })
+    };
+    truths.into_iter().zip(fits).map(fit).collect()
+}
+
+/// Why a data set has no fit.
+const NO_DATA: &str = "the march at the true factors failed";
+
+/// The case with synthetic observations for each set of true factors, from that of data set `first` on; `None` where the
+/// march failed.
 fn synthetic_cases(
     case: &Case,
     plan: &Plan,
     march: &mut dyn March,
     truths: &[Vec<f64>],
-    noise_k: Option<f64>,
-    noise: &Noise,
+    design: &CoverageDesign,
+    first: usize,
 ) -> Result<Vec<Option<Case>>, MarchError> {
     let ensemble = Ensemble::from_values(case.factors.len(), truths.concat());
     let mut data = Vec::with_capacity(truths.len());
@@ -262,10 +315,10 @@ fn synthetic_cases(
             let mut synthetic = case.clone();
             for (seen, made) in case.observations.iter().zip(&mut synthetic.observations) {
                 // Data sets are numbered from one, because the random stream of number zero draws the true factors.
-                let noise = noise.sample(&seen.times_s, traces.first + member + 1, seen.sensor);
+                let noise = design.noise.sample(&seen.times_s, first + traces.first + member + 1, seen.sensor);
                 let trace_k = traces.trace(member, seen.sensor);
                 for (sample, instant) in samples_in_window(case, seen, &plan.instants_s) {
-                    let deviation_k = noise_k.unwrap_or(seen.sigma_k[sample]);
+                    let deviation_k = design.noise_k.unwrap_or(seen.sigma_k[sample]);
                     made.temperatures_k[sample] = trace_k[instant] + deviation_k * noise[sample];
                 }
             }

@@ -6,6 +6,7 @@ mod error;
 mod estimand;
 mod landscape;
 mod likelihood;
+mod multi_start;
 mod profile;
 mod start_results;
 
@@ -15,25 +16,30 @@ pub use estimand::Estimand;
 pub use landscape::{Landscape, NODES};
 pub use profile::Profile;
 
+pub(in crate::study) use multi_start::priors;
+
 use super::nominal::{Misfit, Prediction};
 use super::sensitivity::{Identifiability, difference_step};
-use super::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
+use super::thermocouple_residuals::Sample;
+use super::work_log::{NoLog, WorkLog};
 use crate::case::{Bounds, Case, LossFunction};
-use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::fit::interval::{NORMAL_95, lag_one_autocorrelation, residual_variance};
 use crate::fit::{
-    DampingStrategy, GoodnessOfFit, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors,
-    covariance_summary, minimize_all,
+    DampingStrategy, GoodnessOfFit, Options, RobustLoss, RobustProblem, WeightedProblem, WithPriors, covariance_summary,
 };
 use crate::march::{March, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
+#[cfg(feature = "serde")]
 use estimand::estimands;
 use landscape::Objective;
-use likelihood::{Likelihood, has_effect, sample_times_s, with_priors};
-use nalgebra::DMatrix;
+use likelihood::{has_effect, with_priors};
+use multi_start::{Minimisations, MultiStart};
 use profile::{LinearApproximation, profile_indices, profiles};
-use start_results::{lowest_fit, objective_tolerance};
+#[cfg(feature = "serde")]
+use start_results::StartEnd;
+#[cfg(feature = "serde")]
+use std::ops::Range;
 
 /// Estimated factors, their uncertainty, and the minimisation that found them.
 #[derive(Clone, Debug)]
@@ -206,9 +212,6 @@ pub const PAPER_RULES: DampingStrategy = DampingStrategy::Paper {
     tolerance_step: 1e-6,
 };
 
-/// Seed of the random starts, fixed for reproducibility.
-const STARTS_SEED: u64 = 1;
-
 /// Estimate the factors that the cases select, from the sensors and windows that they select, as one least-squares
 /// problem. A factor that cases share is one variable.
 ///
@@ -219,41 +222,64 @@ pub fn estimate(
     march: &mut dyn March,
     search: &SearchOptions,
 ) -> Result<ParameterEstimates, EstimateError> {
-    let cases: Vec<&Case> = runs.iter().map(|(case, _)| *case).collect();
-    let factors = estimands(&cases)?;
-    let (loss, prior) = common_objective(&cases)?;
-    let observed: Vec<Vec<Vec<Sample>>> = runs.iter().map(|(case, plan)| samples(case, plan)).collect();
-    check(&cases, &factors, &observed)?;
-    let profiled = profile_indices(&factors, &search.profiles)?;
-    let flat: Vec<Sample> = observed.iter().flatten().flatten().copied().collect();
-    let bounds: Vec<(f64, f64)> = factors.iter().map(|factor| factor.bounds).collect();
+    estimate_from(runs, march, search, &mut NoLog)
+}
 
-    let precision = march.backend().precision;
-    let parts = runs.iter().zip(&observed).enumerate().map(|(which, ((case, plan), observed))| {
-        let places = factors.iter().map(|factor| factor.factor_indices[which]).collect();
-        CaseResiduals::new(case, plan, places, observed.concat())
-    });
-    let mut thermocouples = ThermocoupleResiduals::new(march, parts.collect(), bounds.clone());
-    if matches!(search.options.damping_strategy, DampingStrategy::Paper { .. }) {
-        thermocouples = thermocouples.with_finite_differences();
+/// Numbers of a row in the log of an estimate, and its rows: one for the end of each minimisation.
+///
+/// # Errors
+/// When the cases are incompatible.
+#[cfg(feature = "serde")]
+pub(crate) fn log_size(cases: &[&Case], search: &SearchOptions) -> Result<(usize, usize), EstimateError> {
+    let rounds = if cases.iter().any(|case| case.estimate.prior.is_some()) { 2 } else { 1 };
+    Ok((StartEnd::columns(estimands(cases)?.len()), rounds * search.starts))
+}
+
+/// Some rows of the log of an estimate, which depend on no others but for those with priors, which depend on all those
+/// of the data alone. The log has these, or they are computed.
+///
+/// # Errors
+/// As [`estimate`].
+#[cfg(feature = "serde")]
+pub(crate) fn log_rows(
+    runs: &[(&Case, &Plan)],
+    march: &mut dyn March,
+    search: &SearchOptions,
+    rows: Range<usize>,
+    log: &mut dyn WorkLog,
+) -> Result<Vec<Vec<f64>>, EstimateError> {
+    let (mut minimiser, starts) = (MultiStart::new(runs, march, search)?, search.starts);
+    let mut found = minimiser.rows(rows.start.min(starts)..rows.end.min(starts), None)?;
+    if rows.end > starts {
+        let of_data = minimiser.minimise(None, log)?;
+        let weight = minimiser.likelihood(&of_data.fit)?.weight();
+        found.extend(minimiser.rows(rows.start.saturating_sub(starts)..rows.end - starts, Some(weight))?);
     }
-    let mut problem = RobustProblem { problem: thermocouples, loss };
-    let (starts, options) = (starts(&factors, search.starts), &search.options);
-    let alone = minimize_all(&mut problem, &starts, options)?;
-    let tolerance = search.options.tolerance_step;
-    let of_data = &alone[lowest_fit(&alone, |fit| objective_tolerance(fit, &flat, precision, tolerance, 1.0))];
-    let numerical_error = problem.problem.discretisation_errors(of_data.point.as_slice())?;
-    let priors = priors(&factors, prior);
-    let data = Likelihood::of(of_data, loss, &priors, numerical_error, &sample_times_s(runs, &observed));
-    let (fits, weight) = if priors.is_empty() {
-        (alone, 1.0)
+    Ok(found)
+}
+
+/// [`estimate`], with a log of the minimisations.
+///
+/// # Errors
+/// As [`estimate`].
+pub(crate) fn estimate_from(
+    runs: &[(&Case, &Plan)],
+    march: &mut dyn March,
+    search: &SearchOptions,
+    log: &mut dyn WorkLog,
+) -> Result<ParameterEstimates, EstimateError> {
+    let mut minimiser = MultiStart::new(runs, march, search)?;
+    let profiled = profile_indices(&minimiser.factors, &search.profiles)?;
+    let of_data = minimiser.minimise(None, log)?;
+    let data = minimiser.likelihood(&of_data.fit)?;
+    let (found, weight) = if minimiser.priors.is_empty() {
+        (of_data, 1.0)
     } else {
-        let weighed = WeightedProblem { problem: &mut problem, weight: data.weight() };
-        (minimize_all(&mut WithPriors { problem: weighed, priors: priors.clone() }, &starts, options)?, data.weight())
+        (minimiser.minimise(Some(data.weight()), log)?, data.weight())
     };
-    let least = lowest_fit(&fits, |fit| objective_tolerance(fit, &flat, precision, tolerance, weight));
-    let fit = &fits[least];
-    let RobustProblem { mut problem, .. } = problem;
+    let Minimisations { fit, lowest, ends } = found;
+    let MultiStart { problem, factors, bounds, prior, priors, observed, samples: flat, .. } = minimiser;
+    let RobustProblem { mut problem, loss } = problem;
     let nominal = problem.march_nominal()?;
     let last = problem.march_at(fit.point.as_slice())?;
     let minimised = Objective { loss, weight, priors: &priors };
@@ -267,7 +293,7 @@ pub fn estimate(
     let residuals_k = fitted.iter().flat_map(|fit| &fit.residuals).flat_map(|(_, residuals_k)| residuals_k);
     let standardised = residuals_k.zip(&flat).map(|(residual_k, sample)| residual_k / sample.sigma_k);
     let goodness_of_fit = GoodnessOfFit::of(standardised, factors.len());
-    let tangent = data.tangent(fit, weight, flat.len());
+    let tangent = data.tangent(&fit, weight, flat.len());
     let mut weighted = tangent.residuals.iter().copied();
     let traces: Vec<Vec<f64>> =
         observed.iter().flatten().map(|trace| weighted.by_ref().take(trace.len()).collect()).collect();
@@ -310,13 +336,13 @@ pub fn estimate(
     let profiles = profiles(&mut WithPriors { problem: weighed, priors }, &profiled, &about, &search.options)?;
     // A rise of S by one is one standard error with priors; without priors, by the square of the noise inflation.
     let unit = if prior.is_some() || !shortfall.is_finite() { 1.0 } else { shortfall.powi(2) };
-    let indistinct = objective_tolerance(fit, &flat, precision, tolerance, weight);
-    let ends = fits.iter().map(|other| StartResult {
-        start: other.path[0].point.iter().copied().collect(),
-        values: other.point.iter().copied().collect(),
-        objective: other.objective,
-        converged: other.termination.converged(),
-        is_best: other.objective - fit.objective <= 0.01 * unit + indistinct,
+    let indistinct = ends[lowest].tolerance;
+    let ends = ends.into_iter().map(|end| StartResult {
+        is_best: end.objective - fit.objective <= 0.01 * unit + indistinct,
+        start: end.start,
+        values: end.values,
+        objective: end.objective,
+        converged: end.converged,
     });
     Ok(ParameterEstimates {
         standard_errors: halves.iter().map(|half| half / NORMAL_95).collect(),
@@ -357,16 +383,6 @@ pub fn estimate(
     })
 }
 
-/// The common loss function and priors of all cases.
-fn common_objective(cases: &[&Case]) -> Result<(RobustLoss, Option<Bounds>), EstimateError> {
-    let asked = |case: &Case| (case.estimate.loss, case.estimate.prior);
-    let first = cases.first().ok_or_else(|| EstimateError::no_factors(cases))?;
-    match cases.iter().find(|case| asked(case) != asked(first)) {
-        Some(case) => Err(EstimateError::ObjectivesDiffer { first: first.id.clone(), case: case.id.clone() }),
-        None => Ok((first.estimate.loss.into(), first.estimate.prior)),
-    }
-}
-
 impl From<LossFunction> for RobustLoss {
     fn from(loss: LossFunction) -> Self {
         match loss {
@@ -375,49 +391,6 @@ impl From<LossFunction> for RobustLoss {
             LossFunction::Huber { width } => Self::Huber { width },
         }
     }
-}
-
-/// Check that every case has factors to estimate and data.
-fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -> Result<(), EstimateError> {
-    if factors.is_empty() {
-        return Err(EstimateError::no_factors(cases));
-    }
-    for (which, (case, observed)) in cases.iter().zip(observed).enumerate() {
-        if factors.iter().all(|factor| factor.factor_indices[which].is_none()) {
-            return Err(EstimateError::NoSharedFactor(case.id.clone()));
-        }
-        if observed.iter().all(Vec::is_empty) {
-            let (from_s, to_s) = case.fit_window_s();
-            return Err(EstimateError::NoSamples { case: case.id.clone(), from_s, to_s });
-        }
-    }
-    Ok(())
-}
-
-/// Gaussian priors of the factors, from their side constraints.
-pub(super) fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> {
-    let of = |bounds| {
-        let each = factors.iter().enumerate();
-        each.map(move |(variable, Estimand { factor, .. })| Prior {
-            variable,
-            mean: factor.nominal,
-            deviation: factor.prior_standard_deviation(bounds),
-        })
-    };
-    prior.map(of).into_iter().flatten().collect()
-}
-
-/// The case's own start, and others drawn uniformly between the bounds, one per column.
-fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
-    let within: Vec<_> = factors
-        .iter()
-        .map(|estimand| crate::case::Factor { small: estimand.bounds, ..estimand.factor.clone() })
-        .collect();
-    let sampling = Sampling { kind: SamplingKind::Uniform, seed: STARTS_SEED };
-    let drawn = Ensemble::sample(&within, Bounds::Small, &sampling, starts.saturating_sub(1));
-    let own = factors.iter().map(|factor| factor.start);
-    let others = (0..drawn.len()).flat_map(|member| drawn.member(member));
-    DMatrix::from_iterator(factors.len(), starts.max(1), own.chain(others))
 }
 
 impl CaseFit {

@@ -1,4 +1,5 @@
-//! What the rows of a [journal](super::row_journal) are of, in a file beside it.
+//! What rows of the [log](super::work_log) of a study are of: in a file beside their [journal](super::row_journal), and
+//! in a [part](super::log_part) for another process.
 
 use super::checksum::{sealed, unsealed};
 use super::run_record::RunRecord;
@@ -8,7 +9,7 @@ use crate::march::Backend;
 use serde::{Deserialize, Serialize};
 
 /// The study, and the number of its rows.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct KeptRows {
     /// When, by which version and command, and from which files they were made.

@@ -12,6 +12,8 @@ pub mod experiment_design;
 pub mod flux_inversion;
 #[cfg(feature = "serde")]
 pub(crate) mod kept_rows;
+#[cfg(feature = "serde")]
+pub mod log_part;
 pub mod margins;
 pub mod model_comparison;
 pub mod nominal;

@@ -66,6 +66,25 @@ class Merger:
 def sweep_part(
     case: Case, words: Sequence[str], first: int, end: int, options: Sequence[str], report: _Report = None
 ) -> bytes: ...
+def log_rounds(case: Case, command: str, words: Sequence[str]) -> list[tuple[int, int]]: ...
+def log_part(
+    case: Case,
+    command: str,
+    words: Sequence[str],
+    first: int,
+    end: int,
+    earlier: Sequence[bytes],
+    options: Sequence[str],
+    report: _Report = None,
+) -> bytes: ...
+def log_answers(
+    case: Case,
+    command: str,
+    words: Sequence[str],
+    parts: Sequence[bytes],
+    options: Sequence[str],
+    report: _Report = None,
+) -> Answers: ...
 def check_sweep(case: Case, words: Sequence[str]) -> None: ...
 def run_command(words: Sequence[str]) -> int: ...
 def to_toml(content: Mapping[str, Any]) -> str: ...

@@ -16,7 +16,7 @@ import numpy as np
 from bondline import _bondline
 from bondline._case import Array, Case
 from bondline._options import words
-from bondline._results import Uncertainty
+from bondline._results import Coverage, Estimate, Uncertainty
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 MERGED_PARTS, CLIENT_PARTS = 8, 64
 #: Least members of a part, as the text of a part and its merging take as long as marching some 3,000 members.
 LEAST_MEMBERS = 1 << 16
+#: Least minimisations of a part, as vector units march the members of several together.
+LEAST_MINIMISATIONS = 8
 #: Parts for each worker, so that a slow one does not hold the others up.
 PARTS_PER_WORKER = 8
 
@@ -71,16 +73,13 @@ def uncertainty(
     options = {"seed": seed, "sampling": sampling, "sampling_bounds": sampling_bounds}
     chosen = ["-n", str(n), *words(options)]
     _bondline.check_sweep(case._core, chosen)
-    count = _pieces(n, len(client.scheduler_info()["workers"])) if pieces is None else pieces
-    if not 1 <= count <= n:
-        raise ValueError(f"pieces: expected 1 to {n}, the number of members, found {count}")
-    ends = [number * n // count for number in range(count + 1)]
-    mark = _mark(case)
+    ranges = _ranges(0, n, pieces, client, LEAST_MEMBERS, "members")
+    mark, count = _mark(case), len(ranges)
     sent = _send(case, client, retries)
     parts = [
         client.submit(_part, sent, chosen, first, end, key=f"bondline-part-{_key(mark, chosen, first, end)}",
                       retries=retries)
-        for first, end in zip(ends[:-1], ends[1:], strict=True)
+        for first, end in ranges
     ]
     level = 0
     while len(parts) > CLIENT_PARTS:
@@ -92,6 +91,86 @@ def uncertainty(
             for place, group in enumerate(groups)
         ]
     return _gathered(case, parts, progress, interval_s)
+
+
+def estimate(
+    case: Case,
+    starts: int,
+    *,
+    client: Client,
+    pieces: int | None = None,
+    retries: int = 3,
+    progress: Callable[[int, int], object] | None = None,
+    **options: Any,
+) -> Estimate:
+    """Factors fitted from many starts: :meth:`bondline.Case.estimate`, whose minimisations are divided between tasks.
+
+    Profiles, the map of the objective and a posterior, if ``options`` have them, are computed by the client.
+
+    Parameters
+    ----------
+    case
+        The case, which is sent to the cluster once.
+    starts
+        Number of minimisations: the first from the start of the case, the others from random points.
+    client
+        The client of the cluster.
+    pieces
+        Number of tasks; by default eight for each worker, but none of fewer than 8 minimisations. An estimate with
+        priors has as many again, since the weight of the data comes from the minimisations of the data alone.
+    retries
+        As in :func:`uncertainty`.
+    progress
+        Called with the number of minimisations that are finished, and with their number.
+    options
+        Options of :meth:`bondline.Case.estimate`.
+
+    Returns
+    -------
+    Estimate
+        The answer of one process, to the last bit.
+    """
+    chosen = words({"starts": starts} | options)
+    return Estimate(case, _divided(case, "estimate", chosen, client, pieces, retries, progress, "starts"), None)
+
+
+def coverage(
+    case: Case,
+    n: int,
+    *,
+    client: Client,
+    pieces: int | None = None,
+    retries: int = 3,
+    progress: Callable[[int, int], object] | None = None,
+    **options: Any,
+) -> Coverage:
+    """How often the 95 % intervals of estimates contain the truth: :meth:`bondline.Case.coverage`, whose data sets are
+    divided between tasks.
+
+    Parameters
+    ----------
+    case
+        The case, which is sent to the cluster once.
+    n
+        Number of data sets.
+    client
+        The client of the cluster.
+    pieces
+        Number of tasks; by default eight for each worker, but none of fewer than 8 data sets.
+    retries
+        As in :func:`uncertainty`.
+    progress
+        Called with the number of data sets that are fitted, and with their number.
+    options
+        Options of :meth:`bondline.Case.coverage`.
+
+    Returns
+    -------
+    Coverage
+        The answer of one process, to the last bit.
+    """
+    chosen = words({"study": n} | options)
+    return Coverage(case, _divided(case, "twin", chosen, client, pieces, retries, progress, "data sets"), None)
 
 
 def posterior(
@@ -131,8 +210,54 @@ def posterior(
     return {name: np.stack([chain[name][:count] for chain in found]) for name in found[0]}
 
 
-def _pieces(members: int, workers: int) -> int:
-    return max(1, min(PARTS_PER_WORKER * max(workers, 1), members // LEAST_MEMBERS))
+def _ranges(first: int, end: int, pieces: int | None, client: Client, least: int, noun: str) -> list[tuple[int, int]]:
+    """Equal pieces of a range, none of which has fewer than ``least`` unless their number is given."""
+    count = end - first
+    workers = max(len(client.scheduler_info()["workers"]), 1)
+    number = max(1, min(PARTS_PER_WORKER * workers, count // least)) if pieces is None else pieces
+    if not 1 <= number <= count:
+        raise ValueError(f"pieces: expected 1 to {count}, the number of {noun}, found {number}")
+    ends = [first + place * count // number for place in range(number + 1)]
+    return list(zip(ends[:-1], ends[1:], strict=True))
+
+
+def _divided(
+    case: Case,
+    command: str,
+    chosen: list[str],
+    client: Client,
+    pieces: int | None,
+    retries: int,
+    progress: Callable[[int, int], object] | None,
+    noun: str,
+) -> _bondline.Answers:
+    """The answers of a study whose minimisations are tasks. Those of a round depend on all of the rounds before."""
+    from distributed import as_completed
+
+    rounds = _bondline.log_rounds(case._core, command, chosen)
+    divided = [_ranges(first, end, pieces, client, LEAST_MINIMISATIONS, noun) for first, end in rounds]
+    mark, sent = _mark(case), _send(case, client, retries)
+    parts: list[Future[bytes]] = []
+    ranges: dict[str, int] = {}
+    for pieces_of_round in divided:
+        earlier = list(parts)
+        for first, end in pieces_of_round:
+            key = f"bondline-{command}-{_key(mark, chosen, len(divided[0]), first, end)}"
+            parts.append(client.submit(_log_part, sent, command, chosen, first, end, earlier, key=key, retries=retries))
+            ranges[key] = end - first
+    finished = 0
+    come: Iterable[Future[bytes]] = as_completed(parts)
+    for future in come:
+        future.result()
+        finished += ranges[str(future.key)]
+        if progress is not None:
+            progress(finished, rounds[-1][1])
+    found = [part.result() for part in parts]
+    return _bondline.log_answers(case._core, command, chosen, found, words(case._session))
+
+
+def _log_part(case: Case, command: str, chosen: list[str], first: int, end: int, earlier: list[bytes]) -> bytes:
+    return _bondline.log_part(case._core, command, chosen, first, end, earlier, words(case._session))
 
 
 def _mark(case: Case) -> tuple[object, ...]:

@@ -1,9 +1,12 @@
 //! Options of synthetic data and of coverage studies.
 
 use super::{FitOptions, ObservationSelection, check_limit, is_positive, with_selection};
-use crate::case::Case;
+use crate::case::{Bounds, Case};
 use crate::limits::DATA_SETS;
+use crate::march::Precision;
 use crate::session::error::{InputError, SessionError, index_of};
+use crate::study::coverage_study::CoverageDesign;
+use crate::study::estimate::SearchOptions;
 use crate::study::twin::Noise;
 
 /// One synthetic data set.
@@ -107,8 +110,14 @@ impl TwinStudyOptions {
         with_selection(case, |cases| self.fit.apply(self.observations.apply(cases)?))
     }
 
-    pub(in crate::session) fn noise(&self) -> Noise {
-        Noise { correlation_s: self.correlation_s, seed: self.seed }
+    pub(in crate::session) fn design(&self, precision: Precision) -> CoverageDesign {
+        CoverageDesign {
+            data_sets: self.data_sets,
+            truth_bounds: Bounds::Small,
+            noise_k: self.noise_k,
+            noise: Noise { correlation_s: self.correlation_s, seed: self.seed },
+            search: SearchOptions { landscape: false, ..self.fit.search(precision) },
+        }
     }
 }
 
