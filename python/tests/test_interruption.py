@@ -54,7 +54,7 @@ def test_other_threads_run_during_a_sweep(slab: bondline.Case) -> None:
     thread = threading.Thread(target=count)
     thread.start()
     began = time.monotonic()
-    slab.uncertainty(n=200_000)
+    slab.uncertainty(n=10_000)
     seconds = time.monotonic() - began
     done.set()
     thread.join()
