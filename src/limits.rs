@@ -18,7 +18,7 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 33] = [
+pub const LIMITS: [&Limit; 34] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
     &UNPACKED_MIB,
@@ -47,6 +47,7 @@ pub const LIMITS: [&Limit; 33] = [
     &CELL_STEPS,
     &MEMBERS,
     &STATISTICS_MIB,
+    &LAYUPS,
     &DATA_SETS,
     &STARTS,
     &KNOTS,
@@ -110,6 +111,8 @@ pub const CELL_STEPS: Limit = Limit { quantity: "cells times time steps of a mar
 pub const MEMBERS: Limit = Limit { quantity: "members of a sweep", max: 1 << 26 };
 /// About 25 kB for each temperature and seven factors.
 pub const STATISTICS_MIB: Limit = Limit { quantity: "MiB of statistics of a sweep", max: 256 };
+/// The page of a trade study has a row for each; one takes seconds.
+pub const LAYUPS: Limit = Limit { quantity: "layups of a trade study", max: 1000 };
 /// All data sets are fitted together.
 pub const DATA_SETS: Limit = Limit { quantity: "data sets of a coverage study", max: 10_000 };
 /// All minimisations run together.

@@ -35,4 +35,5 @@ mod sizing_and_coverage; // sizing against closed forms, coverage studies
 mod support; // tolerances with their reasons, cases, devices
 mod tangents; // exact derivatives of a march against differences
 mod tidy; // rules of the source tree
+mod trade; // trade studies against sizings, other seeds and changed properties
 mod verification; // every row of the verification suite; a spoiled row fails

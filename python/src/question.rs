@@ -2,6 +2,7 @@
 
 use crate::case::{Case, parse};
 use crate::command::args::{Command, FitArgs, ObservationArgs, PosteriorArgs, convert};
+use crate::command::run::load_all;
 use crate::errors;
 use bondline::Session;
 use bondline::report::files::OutputFolder;
@@ -173,6 +174,11 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
         Command::Size { size, sweep, .. } => {
             let options = convert::size(size, sweep, session.case()).map_err(refused)?;
             session.size(&options).map(drop).map_err(failed)
+        }
+        Command::Trade { case, exposures, trade, sweep, .. } => {
+            let exposures = load_all(exposures.iter(), &case.march).map_err(refused)?;
+            let options = convert::trade(trade, sweep, session.case(), exposures).map_err(refused)?;
+            session.trade(&options).map(drop).map_err(failed)
         }
         Command::Design { design, .. } => {
             let options = convert::design(design, Vec::new()).map_err(refused)?;

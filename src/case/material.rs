@@ -43,6 +43,11 @@ pub struct Material {
 }
 
 impl Material {
+    /// Whether the note calls it a surrogate of a material whose properties are not public.
+    pub fn is_surrogate(&self) -> bool {
+        self.note.to_lowercase().contains("surrogate")
+    }
+
     /// The same material without its decomposition.
     pub(super) fn without_decomposition(self: &Arc<Self>) -> Arc<Self> {
         match self.decomposition {

@@ -34,6 +34,7 @@ mod temperature_limit;
 mod thermogravimetry;
 pub mod unit;
 mod validation;
+mod variants;
 
 pub(crate) use brightness::Radiance;
 pub use builder::CaseBuilder;

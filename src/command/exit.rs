@@ -95,6 +95,7 @@ fn message_with_flag(error: &InputError) -> String {
         "part" => "--members",
         "data_sets" => "--study",
         "limit_k" => "--limit",
+        "choices" => "--ply",
         "thickness_range_m" => "--thickness-range",
         "profiles" => "--profile",
         "noise_k" => "--noise",

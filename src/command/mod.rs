@@ -23,6 +23,7 @@ mod size;
 mod stop;
 mod study;
 pub(crate) mod terminal;
+mod trade;
 mod twin;
 mod uncertainty;
 mod verify;
@@ -96,6 +97,9 @@ pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
             study::run(&case, &sweep, &kept, &data, &fit, &posterior)
         }
         Command::Size { case, size, sweep, resume } => size::run(&case, &size, &sweep, &resume),
+        Command::Trade { case, exposures, trade, sweep, resume } => {
+            trade::run(&case, &exposures, &trade, &sweep, &resume)
+        }
         Command::Design { case, others, design } => design::run(&case, &others, &design),
         Command::History { case, data, history } => history::run(&case, &data, &history),
         Command::Twin { twin, resume, data, fit } => match twin.study {

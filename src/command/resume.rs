@@ -76,7 +76,7 @@ fn units(command: &str) -> &'static [&'static str] {
         "uncertainty" => &["members"],
         "study" => &["members", "iterations"],
         "estimate" => &["iterations"],
-        "size" => &["marches"],
+        "size" | "trade" => &["marches"],
         _ => &["data sets"],
     }
 }

@@ -33,6 +33,7 @@ mod sequential_sampling;
 mod size;
 mod svg;
 pub mod terminal;
+mod trade;
 mod uncertainty;
 mod vector;
 mod warnings;

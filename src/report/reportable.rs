@@ -110,6 +110,7 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
         // Includes the posterior and the model comparison.
         shown(&answers.estimated),
         shown(&answers.sizing),
+        shown(&answers.trade),
         shown(&answers.flux_inversion),
         shown(&answers.experiment_design),
         shown(&answers.coverage_study),

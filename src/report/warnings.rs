@@ -1,7 +1,7 @@
 //! Warnings about a result.
 
 use super::{format, reportable};
-use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
+use crate::case::{Case, Material, Ply};
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
 use crate::traces::MemberStatus;
@@ -29,8 +29,7 @@ pub(super) fn all(answers: &Answers) -> Vec<String> {
 pub(super) fn surrogates(case: &Case) -> Vec<&Material> {
     let mut found: Vec<&Material> = Vec::new();
     for ply in &case.layup.plies {
-        let stands_in = ply.material.note.to_lowercase().contains("surrogate");
-        if stands_in && found.iter().all(|material| material.id != ply.material.id) {
+        if ply.material.is_surrogate() && found.iter().all(|material| material.id != ply.material.id) {
             found.push(&ply.material);
         }
     }
@@ -107,7 +106,7 @@ pub(super) fn table_excursions(case: &Case, marches: &[&Prediction]) -> Vec<Stri
     for (index, ply) in case.layup.plies.iter().enumerate() {
         let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
         let Some((coldest_k, hottest_k)) = met.copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { continue };
-        for (property, (low_k, high_k)) in table_ranges(case, index) {
+        for (property, (low_k, high_k)) in case.table_ranges_k(index) {
             if hottest_k > high_k + TABLE_MARGIN_K {
                 left.push(TableExcursion { ply, is_above: true, property, bound_k: high_k, extreme_k: hottest_k });
             }
@@ -149,26 +148,6 @@ fn excursion_warning(together: &[TableExcursion<'_>]) -> String {
         format::kelvin(met_k),
         format::list(&tables)
     )
-}
-
-/// The properties of a ply that affect the march, with the range of each table, K.
-fn table_ranges(case: &Case, index: usize) -> Vec<(&'static str, (f64, f64))> {
-    let material = &case.layup.plies[index].material;
-    let conductivity = match &material.conductivity {
-        Conductivity::Tables(tables) => tables
-            .iter()
-            .map(|(_, table)| table.range_k())
-            .reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
-            .unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
-        Conductivity::ThreePart(parts) => parts.range_k,
-    };
-    let mut known = vec![("conductivity", conductivity), ("heat capacity", material.heat_capacity.range_k())];
-    let radiates = |face: &Face| matches!(face, Face::Open(open) if open.emissivity == Emissivity::Material);
-    let (hot, back) = (index == 0, index + 1 == case.layup.plies.len());
-    if (hot && radiates(&case.exposure.hot_face)) || (back && radiates(&case.exposure.back_face)) {
-        known.push(("emissivity", material.emissivity.range_k()));
-    }
-    known
 }
 
 #[cfg(test)]

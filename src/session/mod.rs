@@ -21,6 +21,7 @@ mod plan_cache;
 mod selection;
 #[cfg(feature = "serde")]
 mod sweep_merger;
+mod trade;
 mod until;
 
 pub use crate::march::backend_selection::BackendKind;
@@ -35,8 +36,9 @@ pub use error::{InputError, SessionError};
 #[cfg(feature = "serde")]
 pub use merge::{MissingMembers, merge, missing_members};
 pub use options::{
-    Derivatives, DesignOptions, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options,
-    SensitivityOptions, SizeOptions, Start, StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
+    Derivatives, DesignOptions, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options, PlyChoice,
+    SensitivityOptions, SizeOptions, Start, StudyOptions, TradeOptions, TwinOptions, TwinStudyOptions,
+    UncertaintyOptions,
 };
 #[cfg(feature = "serde")]
 pub use plan_cache::PlanCache;

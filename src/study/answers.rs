@@ -16,6 +16,7 @@ use super::sensitivity::Sensitivity;
 use super::sequential_sampling::PrecisionReached;
 use super::size::Sizing;
 use super::timing::Timing;
+use super::trade::Trade;
 use super::uncertainty::Uncertainty;
 use crate::case::Case;
 use crate::march::Backend;
@@ -25,12 +26,12 @@ use crate::march::Backend;
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Answers {
-    /// `predict`, `observations`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`,
-    /// `design`, `merge`.
+    /// `predict`, `observations`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `trade`, `history`,
+    /// `twin`, `design`, `merge`.
     pub question: &'static str,
     /// The case, with the options of the question in place of its own settings.
     pub case: Case,
-    /// The other cases of a joint estimate.
+    /// The other cases of a joint estimate, and those of other exposures.
     pub other_cases: Vec<Case>,
     /// The backend that computed the marches.
     pub backend: Backend,
@@ -66,6 +67,8 @@ pub struct Answers {
     pub model_comparison: Option<ModelComparison>,
     /// The required thickness of a ply.
     pub sizing: Option<Sizing>,
+    /// Layups of a trade study, by mass.
+    pub trade: Option<Trade>,
     /// The heating of the hot face, from the inverse problem.
     pub flux_inversion: Option<FluxInversion>,
     /// The design of an experiment.
@@ -97,6 +100,7 @@ impl Answers {
             posterior: None,
             model_comparison: None,
             sizing: None,
+            trade: None,
             flux_inversion: None,
             experiment_design: None,
             coverage_study: None,

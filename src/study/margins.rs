@@ -435,4 +435,9 @@ mod tests {
         assert_eq!((statistics.limits[0].mean_k, statistics.limits[0].max_k), (387.5, 500.0));
         assert_eq!(MarginSamples::new(0).statistics(&[]), None);
     }
+
+    #[test]
+    fn the_rank_of_a_quantile_is_the_smallest_that_covers_the_fraction() {
+        assert_eq!([(100, 0.99), (100, 0.991), (3, 0.5), (5, 1e-9)].map(|(n, p)| quantile_rank(n, p)), [99, 100, 2, 1]);
+    }
 }

@@ -33,6 +33,7 @@ pub mod statistics;
 pub mod sweep_piece;
 pub mod thermocouple_residuals;
 pub mod timing;
+pub mod trade;
 pub mod twin;
 pub mod uncertainty;
 pub(crate) mod work_log;

@@ -6,8 +6,10 @@ mod scalable_case;
 mod thickness_march;
 
 pub use required_thickness::RequiredThickness;
+pub(in crate::study) use scalable_case::{ScalableCase, mass_kg_m2};
+pub(in crate::study) use thickness_march::{SearchStart, ThicknessMarch, by_reason};
 
-use super::margins::MarginReader;
+use super::margins::{MarginReader, quantile_rank};
 use super::nominal::{Peak, nominal};
 use super::proportion::{Proportion, counts_below_95, quantile_ranks_95};
 use super::uncertainty::{Failure, Sweep, uncertainty};
@@ -17,8 +19,8 @@ use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{March, MarchError};
 use crate::traces::MemberStatus;
-use scalable_case::{mass_kg_m2, with_scaled_plies};
-use thickness_march::{ThicknessMarch, guess_thickness_m};
+use scalable_case::with_scaled_plies;
+use thickness_march::guess_thickness_m;
 
 /// Numbers of a row in the log of a sizing.
 #[cfg(feature = "serde")]
@@ -197,22 +199,16 @@ pub(crate) fn size_from(
     let mut limited = case.clone();
     limited.limits = vec![TemperatureLimit { part: demand.part, limit_k: demand.limit_k }];
     let case = &limited;
-    let mut trial = ThicknessMarch::new(case, march, demand, log)?;
-    let drawn_m = trial.scalable.case_thickness_m;
-    let within_m = demand.thickness_range_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
-    let nominal_row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    let scalable = ScalableCase::new(case, &demand.ply)?;
+    let plan = adapt_monitored(&scalable.case, &march.monitor())?;
+    let mut trial = ThicknessMarch { scalable: &scalable, plan: &plan, march, log, marches: 0 };
+    let drawn_m = scalable.case_thickness_m;
     let (members, drawn) = (sweep.members, sweep.ensemble(case));
 
-    let thicknesses_m = thickness_grid(within_m);
-    let curve = trial.peaks(thicknesses_m.iter().map(|&thickness_m| (nominal_row.clone(), thickness_m)))?;
-    let curve: Vec<(f64, Peak)> = thicknesses_m.iter().copied().zip(curve.into_iter().map(|met| met.peak)).collect();
+    let NominalSizing { within_m, curve, required: nominal, first_m } = size_nominally(&mut trial, demand)?;
     check_cooled(case, demand, &curve)?;
-    let first_m = guess_thickness_m(&curve, curve[0].0, curve[0].1.temperature_k - demand.limit_k);
-    let found = trial.required_thicknesses(within_m, 1, first_m, &curve, |_| nominal_row.clone())?;
-    let nominal = found.required[0];
-
-    let found = trial
-        .required_thicknesses(within_m, members, nominal.found_m().unwrap_or(first_m), &curve, |i| drawn.member(i))?;
+    let starts = vec![SearchStart { within_m, first_m }; members];
+    let found = trial.required_thicknesses(&starts, &curve, |member| drawn.member(member))?;
     let shares = squared_correlation_shares(case.factors.len(), &found.required, |member| drawn.member(member));
     let mut inorder = found.required.clone();
     inorder.sort_by(|a, b| a.sort_key_m().total_cmp(&b.sort_key_m()));
@@ -220,7 +216,7 @@ pub(crate) fn size_from(
     let (low, high) = quantile_ranks_95(members, demand.probability);
 
     let band = members.min(CURVE_MEMBERS);
-    let each = thicknesses_m.iter().flat_map(|&at_m| (0..band).map(move |member| (member, at_m)));
+    let each = curve.iter().flat_map(|&(at_m, _)| (0..band).map(move |member| (member, at_m)));
     let peaks = trial.peaks(each.map(|(member, at_m)| (drawn.member(member), at_m)))?;
     let rungs = curve.iter().zip(peaks.chunks(band)).map(|(&(thickness_m, nominal), met)| {
         let mut peaks_k: Vec<f64> = met.iter().map(|met| met.peak.temperature_k).collect();
@@ -230,11 +226,12 @@ pub(crate) fn size_from(
     });
     let rungs: Vec<PeakCurvePoint> = rungs.collect();
 
-    let (plies, mut marches) = (trial.scalable.plies, trial.marches);
+    let ThicknessMarch { march, mut marches, .. } = trial;
+    let plies = &scalable.plies;
     let mut still_warming = curve[curve.len() - 1].1.time_s >= case.exposure.duration_s;
     let mut checked = None;
     if let Some(thickness_m) = needed.found_m() {
-        let anew = with_scaled_plies(case, &plies, thickness_m / drawn_m);
+        let anew = with_scaled_plies(case, plies, thickness_m / drawn_m);
         let (check, peak) = independent_check(&anew, march, demand, sweep)?;
         still_warming = peak.time_s >= case.exposure.duration_s;
         marches += members + 1;
@@ -247,16 +244,45 @@ pub(crate) fn size_from(
         required: needed,
         interval: (low.map(|rank| inorder[rank - 1]), high.map(|rank| inorder[rank - 1])),
         members,
-        failures: found.failures,
+        failures: by_reason(found.failed),
         member_thicknesses_m: inorder.iter().map(|needed| needed.sort_key_m()).collect(),
         shares,
         peak_curve: rungs,
-        density_kg_m3: mass_kg_m2(case, &plies, drawn_m) / drawn_m,
+        density_kg_m3: mass_kg_m2(case, plies, drawn_m) / drawn_m,
         still_warming,
         check: checked,
         marches,
         requirement: demand.clone(),
     })
+}
+
+/// The nominal sizing of a case.
+pub(in crate::study) struct NominalSizing {
+    /// Smallest and largest thickness allowed, m.
+    pub within_m: (f64, f64),
+    /// Peak at thicknesses between them, thinnest first.
+    pub curve: Vec<(f64, Peak)>,
+    /// The thickness that nominal factors require.
+    pub required: RequiredThickness,
+    /// Where the search of other members begins, m.
+    pub first_m: f64,
+}
+
+/// Peaks over the allowed thicknesses at nominal factors, and the thickness that these require.
+pub(in crate::study) fn size_nominally(
+    trial: &mut ThicknessMarch<'_>,
+    demand: &SizingRequirement,
+) -> Result<NominalSizing, MarchError> {
+    let drawn_m = trial.scalable.case_thickness_m;
+    let within_m = demand.thickness_range_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
+    let nominal_row = trial.scalable.nominal_factors();
+    let thicknesses_m = thickness_grid(within_m);
+    let curve = trial.peaks(thicknesses_m.iter().map(|&thickness_m| (nominal_row.clone(), thickness_m)))?;
+    let curve: Vec<(f64, Peak)> = thicknesses_m.iter().copied().zip(curve.into_iter().map(|met| met.peak)).collect();
+    let first_m = guess_thickness_m(&curve, curve[0].0, curve[0].1.temperature_k - demand.limit_k);
+    let starts = [SearchStart { within_m, first_m }];
+    let required = trial.required_thicknesses(&starts, &curve, |_| nominal_row.clone())?.required[0];
+    Ok(NominalSizing { within_m, curve, required, first_m: required.found_m().unwrap_or(first_m) })
 }
 
 impl Sizing {
@@ -300,12 +326,18 @@ fn thickness_grid((low_m, high_m): (f64, f64)) -> Vec<f64> {
     (0..CURVE_POINTS).map(|rung| if rung + 1 == CURVE_POINTS { high_m } else { at(rung) }).collect()
 }
 
+/// Whether the nominal peak falls over the allowed range.
+pub(in crate::study) fn is_cooled(curve: &[(f64, Peak)]) -> bool {
+    let (thin_k, thick_k) = (curve[0].1.temperature_k, curve[curve.len() - 1].1.temperature_k);
+    !thin_k.is_finite() || thick_k <= thin_k - MIN_COOLING_K
+}
+
 fn check_cooled(case: &Case, demand: &SizingRequirement, curve: &[(f64, Peak)]) -> Result<(), SizeError> {
-    let [(thin_m, thin), .., (thick_m, thick)] = curve else { return Ok(()) };
-    let (thin_k, thick_k) = (thin.temperature_k, thick.temperature_k);
-    if !thin_k.is_finite() || thick_k <= thin_k - MIN_COOLING_K {
+    if is_cooled(curve) {
         return Ok(());
     }
+    let [(thin_m, thin), .., (thick_m, thick)] = curve else { return Ok(()) };
+    let (thin_k, thick_k) = (thin.temperature_k, thick.temperature_k);
     // Rounded to 0.1 µm.
     let mm = |length_m: f64| (1e7 * length_m).round() / 1e4;
     Err(SizeError::NotCooled {
@@ -318,15 +350,9 @@ fn check_cooled(case: &Case, demand: &SizingRequirement, curve: &[(f64, Peak)]) 
     })
 }
 
-/// Rank, counted from one, of the sample quantile: the smallest rank that covers the fraction.
-fn quantile_rank(members: usize, share: f64) -> usize {
-    // Rounding above an integer must not raise the rank.
-    ((share * members as f64 - 1e-9).ceil() as usize).max(1).min(members)
-}
-
 /// Squared correlations of the factors with the required thickness, normalised, over the members with one between the
 /// bounds.
-fn squared_correlation_shares(
+pub(in crate::study) fn squared_correlation_shares(
     factors: usize,
     needed: &[RequiredThickness],
     row: impl Fn(usize) -> Vec<f64>,
@@ -383,14 +409,4 @@ fn independent_check(
         percentiles_k: [2.5, 50.0, 97.5].map(percentile_k),
     };
     Ok((check, peak))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_rank_of_a_quantile_is_the_smallest_that_covers_the_fraction() {
-        assert_eq!([(100, 0.99), (100, 0.991), (3, 0.5), (5, 1e-9)].map(|(n, p)| quantile_rank(n, p)), [99, 100, 2, 1]);
-    }
 }

@@ -172,6 +172,38 @@ fn invalid_arguments_are_reported_with_the_expected_value() {
             "size c --ply BASE --limit TC2<400K --thickness-range 9mm:3mm",
             "--thickness-range 9.000 mm to 3.000 mm: expected 0 < smallest < largest thickness",
         ),
+        ("trade c --ply BASE=akk --limit TC2<400K", "--size"),
+        ("trade c --ply BASE --size BASE --limit TC2<400K", "--ply \"BASE\": expected PLY=MATERIALS, such as INS="),
+        ("trade c --ply BASE=akk, --size BASE --limit TC2<400K", "found an empty name of a material"),
+        (
+            "trade c --ply FELT=akk --size BASE --limit TC2<400K",
+            "--ply \"FELT\": no ply or group has this name; there are BASE, INS, OF, TOP",
+        ),
+        (
+            "trade c --ply BASE=pyrogel335 --size BASE --limit TC2<400K",
+            "--ply \"BASE\": pyrogel335: unknown material \"pyrogel335\": did you mean \"pyrogel3350\"?",
+        ),
+        (
+            "trade c --ply BASE=akk,kkl,akk --size BASE --limit TC2<400K",
+            "--ply \"BASE\": the material \"akk\" is named twice",
+        ),
+        (
+            "trade c --ply BASE=akk --ply INS=kkl --size BASE --limit TC2<400K",
+            "--ply \"INS\": \"BASE\" chooses the material of the same ply",
+        ),
+        (
+            "trade c --ply BASE=akk --size FELT --limit TC2<400K",
+            "--size \"FELT\": no ply or group has this name; there are BASE, INS, OF, TOP",
+        ),
+        ("trade c --ply BASE=akk --size BASE", "--limit: no part has a limit in the case: state one"),
+        (
+            "trade c c --ply BASE=akk --size BASE --limit TC2<400K",
+            "two cases are called \"c\": give each exposure once",
+        ),
+        (
+            "trade c --ply BASE=akk --size BASE --limit TC2<400K -n 300",
+            "-n 300: a probability of 0.99 needs at least 368 members",
+        ),
         ("predict c --set f_q=1e6", "--set f_q=1e6: nominal 1000000 lies outside the small bounds 0.9 to 1.1"),
         ("predict c --set presure=1kPa", "unknown key \"presure\": did you mean \"pressure\"?"),
         ("predict c --set f_k", "--set \"f_k\": expected NAME=VALUE"),

@@ -181,3 +181,11 @@ fn a_sizing_that_is_killed_goes_on_from_its_marches_to_the_same_bits() {
     let line = "size c --ply BASE --limit TC2<480K --probability 0.9 -n 10000";
     resumed_to_the_same_bits(&scratch, line, "marches.json", "keeps marches 0..", "--seed 2");
 }
+
+#[test]
+fn a_trade_study_that_is_killed_goes_on_from_its_marches_to_the_same_bits() {
+    let scratch = Scratch::new("killed-trade");
+    scratch.write("c/case.toml", CASE);
+    let line = "trade c --ply BASE=saffil-96,apa --size BASE --limit TC2<480K --probability 0.9 -n 5000";
+    resumed_to_the_same_bits(&scratch, line, "marches.json", "keeps marches 0..", "--seed 2");
+}

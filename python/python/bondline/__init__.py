@@ -19,6 +19,7 @@ from bondline._results import (
     Sensitivity,
     Sizing,
     Study,
+    Trade,
     Uncertainty,
 )
 
@@ -38,6 +39,7 @@ __all__ = [
     "Sensitivity",
     "Sizing",
     "Study",
+    "Trade",
     "Uncertainty",
     "__version__",
     "study",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,6 +26,7 @@ from bondline._results import (
     Sensitivity,
     Sizing,
     Study,
+    Trade,
     Uncertainty,
 )
 from bondline._source import Disk, Memory
@@ -429,6 +431,40 @@ class Case:
     ) -> Sizing:
         """The thickness of a ply for a temperature limit such as ``"TC4 < 623 K"``."""
         return self._ask(Sizing, "size", {"ply": ply, "limit": limit} | options, progress, first=["-n", str(n)])
+
+    def trade(
+        self,
+        choices: Mapping[str, Sequence[str]],
+        size: str,
+        limit: str | None = None,
+        n: int = 2000,
+        exposures: Sequence[str | PathLike[str]] = (),
+        progress: ProgressOption = False,
+        **options: object,
+    ) -> Trade:
+        """The layups of all choices of materials, each sized for a temperature limit, by their mass per area.
+
+        Parameters
+        ----------
+        choices
+            Plies or groups, each with the ids of its materials: ``{"INS": ["pyrogel3350", "saffil-96"]}``.
+        size
+            The ply or group whose thickness is sized.
+        limit
+            Such as ``"TC4 < 623 K"``; without it that of the case.
+        n
+            Number of members, the same for all layups.
+        exposures
+            Paths of further cases, whose exposures every layup must hold too.
+        progress
+            As in :meth:`march`.
+        options
+            Options of the command ``bondline trade``: ``probability``, ``thickness_range=("3 mm", "20 mm")``, ``seed``,
+            ``sampling``, ``sampling_bounds``.
+        """
+        plies = [f"--ply={ply}={','.join(materials)}" for ply, materials in choices.items()]
+        first = ["-n", str(n), *plies, *(os.fspath(path) for path in exposures)]
+        return self._ask(Trade, "trade", {"size": size, "limit": limit} | options, progress, first=first)
 
     def design(
         self,

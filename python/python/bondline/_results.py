@@ -281,6 +281,41 @@ class Sizing(Prediction):
     """The thickness of a ply that holds a temperature limit."""
 
 
+class Trade(Prediction):
+    """Layups by the mass per area that holds a temperature limit."""
+
+    @property
+    def layups(self) -> pandas.DataFrame:
+        """The layups by rank, with a column for the material of each choice; those without a rank are last.
+
+        Masses in kg/m², thicknesses in m; NaN where no allowed thickness suffices.
+        """
+        import pandas
+
+        found = self._part("trade")
+        choices = found["request"]["choices"]
+        rows = []
+        for layup in found["layups"]:
+            row = {ply: ids[at] for (ply, ids), at in zip(choices, layup["candidates"], strict=True)}
+            rank, required = layup["rank"], layup["required"]
+            thickness = required.get("At", required.get("AtMost", np.nan))
+            row |= {
+                "rank": rank["rank"] if rank else np.nan,
+                "mass_kg_m2": layup["fixed_mass_kg_m2"] + layup["density_kg_m3"] * thickness,
+                "thickness_m": thickness,
+                "rank_low": rank["interval"][0] if rank else np.nan,
+                "rank_high": rank["interval"][1] if rank else np.nan,
+                "first_share": rank["first_share"] if rank else np.nan,
+            }
+            rows.append(row)
+        return pandas.DataFrame(rows)
+
+    @property
+    def rank_changes(self) -> list[dict[str, Any]]:
+        """How far each property would have to change for another layup to come first, the likeliest change first."""
+        return list(self._part("trade")["rank_changes"] or [])
+
+
 class Design(Prediction):
     """The depths of thermocouples from which factors are estimated best."""
 

@@ -2,8 +2,8 @@
 
 use crate::command::args::{
     BackendArg, BoundsArg, CriterionArg, DerivativeArg, DesignArgs, FitArgs, FormatArg, HistoryArgs, MarchArgs,
-    MinimiserArg, ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, SamplingArg, SizeArgs,
-    SweepArgs, TwinArgs,
+    MinimiserArg, ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, RequirementArgs, SamplingArg,
+    SizeArgs, SweepArgs, TradeArgs, TwinArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
@@ -17,7 +17,7 @@ use bondline::march::backend_selection::{BackendKind, BackendOptions};
 use bondline::report::FigureFormat;
 use bondline::session::{
     Derivatives, DesignOptions, FitOptions, HistoryOptions, InstructionSet, ObservationSelection, Options, PlanCache,
-    SensitivityOptions, SizeOptions, Start, TwinStudyOptions, UncertaintyOptions,
+    PlyChoice, SensitivityOptions, SizeOptions, Start, TradeOptions, TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::depth_profiles::ProfileInstants;
 use bondline::study::estimate::PAPER_RULES;
@@ -326,8 +326,35 @@ fn quantity(text: &str) -> Result<HeatingQuantity, Failure> {
 
 /// The ply to size, and the temperature limit of a part.
 pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<SizeOptions, Failure> {
-    let SizeArgs { ply, limit, probability, thickness_range } = size;
-    let stated = |part: Option<&str>| SizeOptions::with_stated_limit(ply.as_str(), case, part);
+    sized_ply(&size.ply, &size.requirement, sweep, case)
+}
+
+/// The choices of materials, the ply to size and the temperature limit of a part, and other cases as exposures.
+pub(crate) fn trade(
+    trade: &TradeArgs,
+    sweep: &SweepArgs,
+    case: &Case,
+    exposures: Vec<Case>,
+) -> Result<TradeOptions, Failure> {
+    let choice = |text: &String| {
+        let expected = "expected PLY=MATERIALS, such as INS=pyrogel3350,saffil-96";
+        let (ply, materials) = text.split_once('=').ok_or_else(|| input(format!("--ply {text:?}: {expected}")))?;
+        let materials: Vec<String> = materials.split(',').map(|id| id.trim().to_owned()).collect();
+        if materials.iter().any(String::is_empty) {
+            return Err(input(format!("--ply {text:?}: {expected}, found an empty name of a material")));
+        }
+        Ok(PlyChoice { ply: ply.trim().to_owned(), materials })
+    };
+    Ok(TradeOptions {
+        choices: trade.ply.iter().map(choice).collect::<Result<_, _>>()?,
+        size: sized_ply(&trade.size, &trade.requirement, sweep, case)?,
+        exposures,
+    })
+}
+
+fn sized_ply(ply: &str, requirement: &RequirementArgs, sweep: &SweepArgs, case: &Case) -> Result<SizeOptions, Failure> {
+    let RequirementArgs { limit, probability, thickness_range } = requirement;
+    let stated = |part: Option<&str>| SizeOptions::with_stated_limit(ply, case, part);
     let of_part = match limit.as_deref().map(|text| (text, text.split_once('<'))) {
         None => stated(None)?,
         Some((text, None)) => stated(Some(text.trim())).map_err(|_| {
@@ -336,7 +363,7 @@ pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<Si
         })?,
         Some((_, Some((part, limit)))) => {
             let limit_k = dimensional(limit.trim_start_matches('='), Dimension::Temperature, "--limit")?;
-            SizeOptions::new(ply.as_str(), part.trim(), limit_k)
+            SizeOptions::new(ply, part.trim(), limit_k)
         }
     };
     let within_m = match thickness_range.as_deref().map(|text| (text, text.split_once(':'))) {

@@ -102,6 +102,17 @@ Examples:
   bondline size cases/lamp-test --ply INS --limit \"TC3 < 425 K\" \\
     --probability 0.95 -n 500 --thickness-range \"2 mm:12 mm\"";
 
+pub(super) const TRADE: &str = "\
+Examples:
+  # Two cloths and two felts: by the mass that holds 650 K in 90 % of the members
+  bondline trade cases/lcat-2259 --ply OF=nextel440-bf20,sic-5hs \\
+    --ply INS=pyrogel3350,pi-aerogel --size INS --limit \"TC4 < 650 K\" \\
+    --probability 0.9 -n 100
+
+  # The same, also under the exposure of another case
+  bondline trade cases/lcat-2259 cases/lcat-2330 --ply INS=pyrogel3350,pi-aerogel \\
+    --size INS --limit \"TC4 < 650 K\" --probability 0.9 -n 100";
+
 pub(super) const DESIGN: &str = "\
 Examples:
   bondline design cases/lcat-2259 --estimate f_k_INS,f_cp_INS,f_k_OF -n 200

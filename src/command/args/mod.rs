@@ -23,7 +23,7 @@ pub(crate) use history::HistoryArgs;
 pub(crate) use import::{ImportCommand, PatoArgs, RecordArgs, TableArgs};
 pub(crate) use init::InitArgs;
 pub(crate) use resume::ResumeArgs;
-pub(crate) use sweep::{MergeArgs, SizeArgs, SweepArgs};
+pub(crate) use sweep::{MergeArgs, RequirementArgs, SizeArgs, SweepArgs, TradeArgs};
 pub(crate) use twin::TwinArgs;
 
 use crate::command::completions::Shell;
@@ -159,6 +159,21 @@ pub(crate) enum Command {
         case: CaseArgs,
         #[command(flatten)]
         size: SizeArgs,
+        #[command(flatten)]
+        sweep: SweepArgs,
+        #[command(flatten)]
+        resume: ResumeArgs,
+    },
+    /// Layups of all choices of materials, each sized for a temperature limit, by mass per area
+    #[command(after_long_help = examples::TRADE, mut_arg("members", |members| members.default_value("2000")))]
+    Trade {
+        #[command(flatten)]
+        case: CaseArgs,
+        /// Further cases whose exposures every layup must hold too
+        #[arg(value_name = "CASE")]
+        exposures: Vec<PathBuf>,
+        #[command(flatten)]
+        trade: TradeArgs,
         #[command(flatten)]
         sweep: SweepArgs,
         #[command(flatten)]

@@ -59,6 +59,26 @@ pub(crate) struct SizeArgs {
     /// Ply to size, or a group whose plies are scaled together
     #[arg(long)]
     pub ply: String,
+    #[command(flatten)]
+    pub requirement: RequirementArgs,
+}
+
+/// The choices of materials, and the ply to size.
+#[derive(Debug, Args)]
+pub(crate) struct TradeArgs {
+    /// Ply or group, and the materials that it may be of, as INS=pyrogel3350,saffil-96; repeated for each choice
+    #[arg(long, value_name = "PLY=MATERIALS", required = true)]
+    pub ply: Vec<String>,
+    /// Ply to size, or a group whose plies are scaled together
+    #[arg(long, value_name = "PLY")]
+    pub size: String,
+    #[command(flatten)]
+    pub requirement: RequirementArgs,
+}
+
+/// The limit that a sized ply holds.
+#[derive(Debug, Args)]
+pub(crate) struct RequirementArgs {
     /// Limit of the peak temperature of a sensor, of a ply (hottest point) or of an interface (hotter face), as "TC4 <
     /// 623 K" or "INS2/GB < 623 K", or "TC4" with its limit in the case [default: the one sensor with a limit in the
     /// case, or else its one limit]

@@ -6,6 +6,7 @@ mod history;
 mod sensitivity;
 mod size;
 mod study;
+mod trade;
 mod twin;
 mod uncertainty;
 
@@ -15,6 +16,7 @@ pub use history::HistoryOptions;
 pub use sensitivity::{Derivatives, SensitivityOptions};
 pub use size::SizeOptions;
 pub use study::StudyOptions;
+pub use trade::{PlyChoice, TradeOptions};
 pub use twin::{TwinOptions, TwinStudyOptions};
 pub use uncertainty::UncertaintyOptions;
 

@@ -4,12 +4,12 @@ use super::SizeError;
 use crate::case::{Case, Factor, Property};
 
 /// A case with a thickness factor on the sized plies.
-pub(super) struct ScalableCase {
+pub(in crate::study) struct ScalableCase {
     pub case: Case,
     /// The sized plies: all of the group, or the one with the name.
     pub plies: Vec<usize>,
     /// Index of the thickness factor.
-    factor: usize,
+    pub factor: usize,
     /// Whether the case defines this factor itself; then the ratio multiplies each member's value.
     is_case_factor: bool,
     /// Their total thickness in the case, m.
@@ -19,7 +19,7 @@ pub(super) struct ScalableCase {
 impl ScalableCase {
     /// # Errors
     /// When no ply has that name or group, or a thickness factor scales some of the plies and others besides.
-    pub(super) fn new(case: &Case, group: &str) -> Result<Self, SizeError> {
+    pub(in crate::study) fn new(case: &Case, group: &str) -> Result<Self, SizeError> {
         let layup = &case.layup.plies;
         let within = |group: &str| -> Vec<usize> {
             (0..layup.len()).filter(|&ply| layup[ply].group == group || layup[ply].name == group).collect()
@@ -59,8 +59,14 @@ impl ScalableCase {
         Ok(Self { plies, factor: column, is_case_factor: own.is_some(), case_thickness_m: drawn_m, case })
     }
 
+    /// The nominal factors of the case that is sized.
+    pub(in crate::study) fn nominal_factors(&self) -> Vec<f64> {
+        let own = self.case.factors.len() - usize::from(!self.is_case_factor);
+        self.case.factors[..own].iter().map(|factor| factor.nominal).collect()
+    }
+
     /// Factors of a member at a total thickness of the plies.
-    pub(super) fn member_factors(&self, factors: &[f64], thickness_m: f64) -> Vec<f64> {
+    pub(in crate::study) fn member_factors(&self, factors: &[f64], thickness_m: f64) -> Vec<f64> {
         let mut row = factors.to_vec();
         if !self.is_case_factor {
             row.push(1.0);
@@ -103,7 +109,7 @@ pub(super) fn with_scaled_plies(case: &Case, plies: &[usize], ratio: f64) -> Cas
 }
 
 /// Mass per area of some plies at a total thickness, kg/m², with nominal factors.
-pub(super) fn mass_kg_m2(case: &Case, plies: &[usize], thickness_m: f64) -> f64 {
+pub(in crate::study) fn mass_kg_m2(case: &Case, plies: &[usize], thickness_m: f64) -> f64 {
     let layup = &case.layup.plies;
     let drawn_m: f64 = plies.iter().map(|&ply| layup[ply].thickness_m).sum();
     let scale = |ply: usize| {

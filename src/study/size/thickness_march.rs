@@ -2,8 +2,6 @@
 
 use super::required_thickness::{RequiredThickness, ThicknessSearch};
 use super::scalable_case::ScalableCase;
-use super::{SizeError, SizingRequirement};
-use crate::adapt::adapt_monitored;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError, march_members};
@@ -15,18 +13,26 @@ use crate::study::work_log::WorkLog;
 use crate::traces::MemberStatus;
 use std::collections::BTreeMap;
 
-/// The case prepared for marches at any thickness.
-pub(super) struct ThicknessMarch<'a> {
-    pub scalable: ScalableCase,
-    plan: Plan,
-    march: &'a mut dyn March,
-    limit_k: f64,
-    log: &'a mut dyn WorkLog,
+/// Marches of a case at any thickness. The case has the one limit of the requirement.
+pub(in crate::study) struct ThicknessMarch<'a> {
+    pub scalable: &'a ScalableCase,
+    pub plan: &'a Plan,
+    pub march: &'a mut dyn March,
+    /// Has a row for each member that is marched.
+    pub log: &'a mut dyn WorkLog,
+    /// Members that were marched.
     pub marches: usize,
 }
 
+/// Where the search of a member begins, and between which thicknesses, m.
+#[derive(Clone, Copy)]
+pub(in crate::study) struct SearchStart {
+    pub within_m: (f64, f64),
+    pub first_m: f64,
+}
+
 /// Peak of a member, infinite where it failed, and the reason of the failure.
-pub(super) struct MemberPeak {
+pub(in crate::study) struct MemberPeak {
     pub peak: Peak,
     failed: Option<String>,
 }
@@ -56,27 +62,27 @@ impl MemberPeak {
     }
 }
 
-/// The required thickness of each member, and the failures.
-pub(super) struct RequiredThicknesses {
+/// The required thickness of each member, and the reason of each that failed at a thickness.
+pub(in crate::study) struct RequiredThicknesses {
     pub required: Vec<RequiredThickness>,
-    pub failures: Vec<Failure>,
+    pub failed: BTreeMap<usize, String>,
 }
 
-impl<'a> ThicknessMarch<'a> {
-    /// `case` has the one limit of the requirement. `log` has a row for each member that is marched.
-    pub(super) fn new(
-        case: &Case,
-        march: &'a mut dyn March,
-        demand: &SizingRequirement,
-        log: &'a mut dyn WorkLog,
-    ) -> Result<Self, SizeError> {
-        let stretched = ScalableCase::new(case, &demand.ply)?;
-        let plan = adapt_monitored(&stretched.case, &march.monitor())?;
-        Ok(Self { scalable: stretched, plan, march, limit_k: demand.limit_k, log, marches: 0 })
+/// Failures by reason.
+pub(in crate::study) fn by_reason(failed: BTreeMap<usize, String>) -> Vec<Failure> {
+    let mut failures: Vec<Failure> = Vec::new();
+    for (first, reason) in failed {
+        match failures.iter_mut().find(|failure| failure.reason == reason) {
+            Some(failure) => failure.members += 1,
+            None => failures.push(Failure { reason, members: 1, first }),
+        }
     }
+    failures
+}
 
+impl ThicknessMarch<'_> {
     /// Peaks of members at their thicknesses, marched as one ensemble.
-    pub(super) fn peaks(
+    pub(in crate::study) fn peaks(
         &mut self,
         members: impl Iterator<Item = (Vec<f64>, f64)>,
     ) -> Result<Vec<MemberPeak>, MarchError> {
@@ -91,8 +97,8 @@ impl<'a> ThicknessMarch<'a> {
             met.push(MemberPeak::of_row(&self.scalable.case, row));
         }
         let members = met.len()..ensemble.len();
-        let reader = MarginReader::new(&self.scalable.case, &self.plan);
-        march_members(self.march, &self.plan, &ensemble, members, &mut |traces| {
+        let reader = MarginReader::new(&self.scalable.case, self.plan);
+        march_members(self.march, self.plan, &ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 let status = &traces.statuses[member];
                 let mut peak = reader.read(&traces, member)[0].peak;
@@ -106,50 +112,44 @@ impl<'a> ThicknessMarch<'a> {
         Ok(met)
     }
 
-    /// The required thickness of each member, all from one initial thickness. Each iteration marches all unfinished
-    /// members as one ensemble.
-    pub(super) fn required_thicknesses(
+    /// The required thickness of each member that has a start. Each iteration marches all unfinished members as one
+    /// ensemble.
+    pub(in crate::study) fn required_thicknesses(
         &mut self,
-        within_m: (f64, f64),
-        members: usize,
-        first_m: f64,
+        starts: &[SearchStart],
         curve: &[(f64, Peak)],
         factors: impl Fn(usize) -> Vec<f64>,
     ) -> Result<RequiredThicknesses, MarchError> {
-        let mut searches = vec![ThicknessSearch::new(within_m); members];
+        let limit_k = self.scalable.case.limits[0].limit_k;
+        let mut searches: Vec<ThicknessSearch> =
+            starts.iter().map(|start| ThicknessSearch::new(start.within_m)).collect();
         let mut failed: BTreeMap<usize, String> = BTreeMap::new();
         loop {
-            let open: Vec<usize> = (0..members).filter(|&member| searches[member].found.is_none()).collect();
+            let open: Vec<usize> = (0..starts.len()).filter(|&member| searches[member].found.is_none()).collect();
             if open.is_empty() {
                 break;
             }
             let next = |&member: &usize| {
-                searches[member].next_trial_m(first_m, |at_m, off_k| guess_thickness_m(curve, at_m, off_k))
+                let guess = |at_m, off_k| guess_thickness_m(curve, at_m, off_k);
+                searches[member].next_trial_m(starts[member].first_m, guess)
             };
             let thicknesses_m: Vec<f64> = open.iter().map(next).collect();
             let rows = open.iter().zip(&thicknesses_m).map(|(&member, &thickness_m)| (factors(member), thickness_m));
             let met = self.peaks(rows)?;
             for ((&member, &thickness_m), met) in open.iter().zip(&thicknesses_m).zip(met) {
-                searches[member].record(thickness_m, met.peak.temperature_k - self.limit_k);
+                searches[member].record(thickness_m, met.peak.temperature_k - limit_k);
                 if let Some(reason) = met.failed {
                     failed.insert(member, reason);
                 }
             }
         }
-        let mut failures: Vec<Failure> = Vec::new();
-        for (first, reason) in failed {
-            match failures.iter_mut().find(|failure| failure.reason == reason) {
-                Some(failure) => failure.members += 1,
-                None => failures.push(Failure { reason, members: 1, first }),
-            }
-        }
-        Ok(RequiredThicknesses { required: searches.iter().filter_map(|search| search.found).collect(), failures })
+        Ok(RequiredThicknesses { required: searches.iter().filter_map(|search| search.found).collect(), failed })
     }
 }
 
 /// The thickness at which the nominal peak is lower by `lower_k` than at `at_m`, along the nominal curve; the end of
 /// the curve where it is outside.
-pub(super) fn guess_thickness_m(curve: &[(f64, Peak)], at_m: f64, lower_k: f64) -> f64 {
+pub(in crate::study) fn guess_thickness_m(curve: &[(f64, Peak)], at_m: f64, lower_k: f64) -> f64 {
     let along = |pair: &[(f64, Peak)], value: f64, of: fn(&(f64, Peak)) -> f64, to: fn(&(f64, Peak)) -> f64| {
         let share = (value - of(&pair[0])) / (of(&pair[1]) - of(&pair[0]));
         to(&pair[0]) + share * (to(&pair[1]) - to(&pair[0]))
@@ -169,6 +169,7 @@ pub(super) fn guess_thickness_m(curve: &[(f64, Peak)], at_m: f64, lower_k: f64) 
 mod tests {
     use super::super::scalable_case::with_scaled_plies;
     use super::*;
+    use crate::adapt::adapt;
     use crate::case::{LimitedPart, TemperatureLimit};
     use crate::march::Precision;
     use crate::march::cpu::Cpu;
@@ -183,12 +184,11 @@ mod tests {
         let (part, limit_k) = (part.expect("a part of the case"), 600.0);
         case.limits = vec![TemperatureLimit { part, limit_k }];
         let mut march = Cpu::new(Precision::F64);
-        let demand =
-            SizingRequirement { ply: group.to_owned(), part, limit_k, probability: 0.9, thickness_range_m: None };
-        let mut log = NoLog;
-        let trial = ThicknessMarch::new(&case, &mut march, &demand, &mut log);
-        let mut trial = trial.expect("a ply of the case");
-        let (drawn_m, plies) = (trial.scalable.case_thickness_m, trial.scalable.plies.clone());
+        let scalable = ScalableCase::new(&case, group).expect("a ply of the case");
+        let (drawn_m, plies) = (scalable.case_thickness_m, scalable.plies.clone());
+        let (plan, mut log) = (adapt(&scalable.case).expect("a march"), NoLog);
+        let mut trial =
+            ThicknessMarch { scalable: &scalable, plan: &plan, march: &mut march, log: &mut log, marches: 0 };
         let row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
         let met = trial.peaks(std::iter::once((row, ratio * drawn_m))).expect("a march");
         let anew = with_scaled_plies(&case, &plies, ratio);

@@ -1,0 +1,78 @@
+//! Variants of a case: other materials of its plies, and the exposure of another case.
+
+use super::error::CaseError;
+use super::exposure::{Emissivity, Face};
+use super::input_files::InputFiles;
+use super::{Case, Conductivity, EstimationSettings, Material};
+use std::sync::Arc;
+
+impl Case {
+    /// The plies of a group, or the one of this name.
+    pub(crate) fn plies_of(&self, group: &str) -> Vec<usize> {
+        let plies = &self.layup.plies;
+        (0..plies.len()).filter(|&ply| plies[ply].belongs_to(group)).collect()
+    }
+
+    /// A material by its id: of a ply of this case, else of the database; `-` equals `_`.
+    ///
+    /// # Errors
+    /// The id is unknown; the message suggests a similar one or lists the known ones.
+    pub(crate) fn material_named(&self, id: &str) -> Result<Arc<Material>, CaseError> {
+        let own = self.layup.plies.iter().map(|ply| &ply.material).find(|own| own.id == id.replace('-', "_"));
+        own.map_or_else(|| Material::named(id).map(Arc::new), |own| Ok(own.clone()))
+    }
+
+    /// The case with other materials of some plies. They are inert if all plies of the case are.
+    ///
+    /// # Errors
+    /// All errors of the case with these materials.
+    pub(crate) fn with_materials(&self, materials: &[(Vec<usize>, Arc<Material>)]) -> Result<Self, CaseError> {
+        let is_inert = !self.layup.plies.iter().any(super::Ply::decomposes);
+        let mut builder = self.to_builder();
+        for (plies, material) in materials {
+            let material = if is_inert { material.without_decomposition() } else { material.clone() };
+            plies.iter().for_each(|&ply| builder.layup.plies[ply].material = material.clone());
+        }
+        Ok(Self { input_files: self.input_files.clone(), ..builder.build()? })
+    }
+
+    /// The case under the exposure of another case, at its resolution and without observations.
+    ///
+    /// # Errors
+    /// All errors of the case under that exposure.
+    pub(crate) fn with_exposure_of(&self, other: &Self) -> Result<Self, CaseError> {
+        let mut builder = self.to_builder();
+        builder.id.clone_from(&other.id);
+        builder.exposure = other.exposure.clone();
+        builder.resolution = other.resolution;
+        builder.observations = Vec::new();
+        builder.estimate = EstimationSettings::default();
+        let files = self.input_files.0.iter().chain(&other.input_files.0).cloned().collect();
+        Ok(Self { input_files: InputFiles(files), ..builder.build()? })
+    }
+
+    /// The properties of a ply that affect a march, with the range of the table of each, K.
+    pub(crate) fn table_ranges_k(&self, ply: usize) -> Vec<(&'static str, (f64, f64))> {
+        let material = &self.layup.plies[ply].material;
+        let conductivity = match &material.conductivity {
+            Conductivity::Tables(tables) => tables
+                .iter()
+                .map(|(_, table)| table.range_k())
+                .reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
+                .unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
+            Conductivity::ThreePart(parts) => parts.range_k,
+        };
+        let mut known = vec![("conductivity", conductivity), ("heat capacity", material.heat_capacity.range_k())];
+        if self.radiates(ply) {
+            known.push(("emissivity", material.emissivity.range_k()));
+        }
+        known
+    }
+
+    /// Whether a ply has a face that radiates with the emissivity of its material.
+    pub(crate) fn radiates(&self, ply: usize) -> bool {
+        let radiates = |face: &Face| matches!(face, Face::Open(open) if open.emissivity == Emissivity::Material);
+        let (is_hot, is_back) = (ply == 0, ply + 1 == self.layup.plies.len());
+        (is_hot && radiates(&self.exposure.hot_face)) || (is_back && radiates(&self.exposure.back_face))
+    }
+}
