@@ -243,6 +243,9 @@ fn written() -> &'static Written {
         written.run(&scratch, "study cases/lcat-2259 -n 60 --depth-profiles 10s,40s", &["cases/lcat-2259"]);
         let limit = "size cases/lcat-2259 --ply INS --limit TC4<950K --probability 0.9 -n 40";
         written.run(&scratch, limit, &["cases/lcat-2259"]);
+        let trade =
+            "trade cases/lcat-2259 --ply INS=pyrogel3350,apa --size INS --limit TC4<850K --probability 0.9 -n 40";
+        written.run(&scratch, trade, &["cases/lcat-2259"]);
         written.run(&scratch, "history own", &["own"]);
         written.run(&scratch, "history cases/lamp-test", &["cases/lamp-test"]);
         written.run(&scratch, "history gas --knots 4", &["gas"]);

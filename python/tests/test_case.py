@@ -143,6 +143,21 @@ def test_a_rare_probability_is_sampled_until_its_interval_is_narrow() -> None:
         case.uncertainty(keep="members", until="BACK P90 ± 2 K")
 
 
+def test_a_trade_study_ranks_layups_by_mass() -> None:
+    case = bondline.Case.load(CASES / "lcat-2259")
+    choices = {"OF": ["nextel440-bf20"], "INS": ["pyrogel3350", "saffil-96"]}
+    found = case.trade(choices, size="INS", limit="TC4 < 700 K", n=60, probability=0.9)
+    layups = found.layups
+    assert list(layups["INS"]) == ["pyrogel3350", "saffil_96"] and list(layups["rank"]) == [1, 2]
+    sized = case.size(ply="INS", limit="TC4 < 700 K", n=60, probability=0.9).record["sizing"]
+    assert layups["thickness_m"][0] == sized["required"]["At"]
+    assert {change["material"] for change in found.rank_changes} >= {"pyrogel3350"}
+    both = case.trade(choices, "INS", "TC4 < 700 K", n=60, exposures=[CASES / "lcat-2330"], probability=0.9)
+    assert (both.layups["mass_kg_m2"] >= layups["mass_kg_m2"] - 1e-4).all()
+    with pytest.raises(bondline.OptionError, match="named twice"):
+        case.trade({"INS": ["apa", "apa"]}, size="INS", limit="TC4 < 700 K")
+
+
 def test_a_design_has_its_depths_and_expected_errors() -> None:
     case = bondline.Case.load(CASES / "slab")
     found = case.design(["f_k", "f_cp"], sensors=2, n=20, noise="1 K")

@@ -55,8 +55,8 @@ impl Reportable for Trade {
             "Layups: each is sized as by `size`, with the same {} (common random numbers): the factors of a member are \
              the same in all layups, at every thickness. Its mass per area is that of all plies at the thickness of {} \
              that holds {}{exposures} in {} of the members, with nominal densities; the other plies keep the \
-             thickness of the case. Ranks: {} resamples of the members, the same for all layups (bootstrap, Efron & \
-             Tibshirani, An Introduction to the Bootstrap, 1993), so that they hold the sampling error alone, and not \
+             thickness of the case. Ranks: {} resamples of the members, the same for all layups (bootstrap, Davison & \
+             Hinkley, Bootstrap Methods and their Application, 1997), so that they hold the sampling error alone, and not \
              that of the properties. Property changes: the derivative of the thickness by a property is exact, by the \
              implicit function theorem at the members next to the quantile (Hong, Operations Research 57, 2009), and \
              the masses are extrapolated linearly.",
@@ -254,6 +254,18 @@ fn warnings(answers: &Answers, outcome: &Trade) -> Vec<String> {
             format::counted(thinnest, "layup"),
             if thinnest == 1 { "holds" } else { "hold" }
         ));
+    }
+    if let Some(first) = outcome.ranked().first().filter(|first| !first.table_ends.is_empty()) {
+        let ends: Vec<String> = first
+            .table_ends
+            .iter()
+            .map(|end| {
+                let [end_k, met_k] = [end.end_k, end.met_k].map(|temperature_k| format::grouped(temperature_k, 0));
+                format!("{} of {} to {end_k} K ({met_k} K met)", end.property, end.material)
+            })
+            .collect();
+        warnings
+            .push(format!("The lightest layup is hotter than tables of its materials reach: {}.", format::list(&ends)));
     }
     let beyond = outcome.layups.iter().filter(|layup| !layup.table_ends.is_empty()).count();
     if beyond > 0 {

@@ -23,8 +23,8 @@ pub(super) fn page(answers: &Answers, outcome: &Trade) -> String {
     text.extend(super::without_thickness(outcome));
     text.extend(super::nearest_change(outcome));
     text.push(format!(
-        "Rank and share of first places: of {} resamples of the members, the same for all layups. As drawn: members \
-         within the limit with {} of {}.",
+        "95 % rank and share of first places: of {} resamples of the members, the same for all layups. As drawn: \
+         members within the limit with {} of {}. Largest share: of a factor in the variance of the thickness.",
         format::count(crate::study::trade::RESAMPLES),
         outcome.layups.first().map_or(String::new(), |layup| millimetres(layup.case_thickness_m)),
         outcome.request.requirement.ply
@@ -45,8 +45,8 @@ fn ranked(answers: &Answers, outcome: &Trade) -> String {
         "Nominal",
         "Margin",
         "As drawn, %",
-        "Largest share of the variance",
-        "Rank, 95 % of the resamples",
+        "Largest share",
+        "95 % rank",
         "First, %",
     ];
     if several {
@@ -65,7 +65,7 @@ fn ranked(answers: &Answers, outcome: &Trade) -> String {
             thickness_text(layup.required),
             thickness_text(layup.nominal_required()),
             layup.margin_m().map_or("–".to_owned(), millimetres),
-            format::proportion(drawn).replace(" %", ""),
+            percent_near_limits(drawn.fraction()).replace(" %", ""),
             largest_share(answers, layup),
             rank_interval(rank),
             percent_near_limits(rank.first_share).replace(" %", ""),

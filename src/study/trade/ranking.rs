@@ -1,5 +1,5 @@
 //! Ranks of layups by their required mass, and their uncertainty from the number of members: the members are resampled
-//! (bootstrap; Efron & Tibshirani, *An Introduction to the Bootstrap*, 1993), the same for all layups.
+//! (bootstrap; Davison & Hinkley, *Bootstrap Methods and their Application*, 1997), the same for all layups.
 
 use super::SizedLayup;
 use crate::random::RandomStream;
