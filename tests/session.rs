@@ -9,8 +9,8 @@ use bondline::march::cpu::Cpu;
 use bondline::report::files::OutputFolder;
 use bondline::session::{
     BackendKind, CancelToken, Checkpoint, Derivatives, EstimateOptions, FitOptions, HistoryOptions, LogPart,
-    ObservationSelection, Options, Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start,
-    StudyOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
+    ObservationSelection, Options, PlyChoice, Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start,
+    StudyOptions, TradeOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::sequential_sampling::PrecisionTarget;
 use serde_json::Value;
@@ -162,6 +162,16 @@ fn options_of_a_session_equal_those_of_the_command() {
     let target = PrecisionTarget::parse("P(BACK > 760 K) ± 20 %", session.case()).expect("a target");
     session.uncertainty_until(&sweep(5000), &target, &mut |_, _| {}).expect("a probability");
     same_report(&session, &scratch, &format!("uncertainty {} -n 5000 --until P(BACK>760K)±20%", at("slab")));
+
+    let mut layups = open(case("lcat-2259"));
+    let materials = ["pyrogel3350", "apa"].map(str::to_owned).to_vec();
+    let choices = vec![PlyChoice { ply: "INS".to_owned(), materials }];
+    let size = SizeOptions { probability: 0.8, sweep: sweep(30), ..SizeOptions::new("INS", "TC4", 900.0) };
+    let trade = TradeOptions { choices, size, exposures: vec![case("lcat-2330")] };
+    layups.trade(&trade).expect("a trade study");
+    let cases = format!("{} {}", at("lcat-2259"), at("lcat-2330"));
+    let words = format!("trade {cases} --ply INS=pyrogel3350,apa --size INS --limit TC4<900K --probability 0.8 -n 30");
+    same_report(&layups, &scratch, &words);
 
     let truth = vec![(names[0].clone(), 1.05)];
     let made = session.twin(&TwinOptions { truth, noise_k: 1.0, ..TwinOptions::default() }).expect("a twin");

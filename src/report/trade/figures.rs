@@ -1,7 +1,7 @@
 //! Mass of the lightest layups against the probability that the limit holds.
 
 use super::tables::{masses_kg_m2, probabilities};
-use super::{lightest, name};
+use super::{areal_mass, lightest, name};
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::line;
 use crate::report::format;
@@ -29,11 +29,13 @@ pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Figur
         .collect();
     let finite = || curves.iter().flatten().copied().filter(|mass| mass.is_finite());
     let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    // Names of layups are too long for a legend.
+    let rank = |layup: &SizedLayup| layup.rank.map_or(0, |rank| rank.rank);
+    let label = |layup: &SizedLayup| format!("{}: {}", rank(layup), areal_mass(layup.required_mass_kg_m2()));
     let mut layers: Vec<Layer> = (shown.iter().zip(&curves).enumerate())
-        .map(|(place, (layup, masses))| {
-            line(name(outcome, layup), Ink::Series(place), Stroke::Solid, &exceeding, masses)
-        })
+        .map(|(place, (layup, masses))| line(label(layup), Ink::Series(place), Stroke::Solid, &exceeding, masses))
         .collect();
+    let names: Vec<String> = shown.iter().map(|layup| format!("{}: {}", rank(layup), name(outcome, layup))).collect();
     let required = 100.0 * (1.0 - outcome.request.requirement.probability);
     if low.is_finite() {
         layers.push(line("required".to_owned(), Ink::Measured, Stroke::Dotted, &[required; 2], &[low, high]));
@@ -44,10 +46,11 @@ pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Figur
         paper_reference: String::new(),
         title: "Mass per area against the probability of exceeding the limit".to_owned(),
         caption: format!(
-            "{} Lines: the {} of least mass for {probability}, one for each mass; where lines cross, another \
-             probability has another order.",
+            "{} Lines: the {} of least mass for {probability}, one for each rank; where lines cross, another \
+             probability has another order. {}.",
             lightest(answers, outcome),
-            format::counted(shown.len(), "layup")
+            format::counted(shown.len(), "layup"),
+            names.join("; ")
         ),
         x: Axis::log("Members above the limit, %"),
         y: Axis::linear("Mass, kg/m²"),
