@@ -2,7 +2,7 @@
 //! thickness.
 
 use crate::support::case;
-use bondline::case::{Case, Material};
+use bondline::case::{Case, Material, Property, Table};
 use bondline::session::{BackendKind, Options, PlyChoice, Session, SizeOptions, TradeOptions, UncertaintyOptions};
 use bondline::study::trade::{SizedLayup, Trade};
 use std::sync::Arc;
@@ -154,9 +154,12 @@ fn a_property_that_changes_as_far_as_stated_makes_the_other_layup_as_light() {
     for change in changes.iter().filter(|change| change.material == "pyrogel3350" && change.change.abs() < 0.3) {
         let mut material = Material::named("pyrogel3350").expect("a known one");
         match change.property {
-            bondline::case::Property::Density => material.density_kg_m3 *= 1.0 + change.change,
-            bondline::case::Property::HeatCapacity => {
-                material.heat_capacity.values.iter_mut().for_each(|value| *value *= 1.0 + change.change);
+            Property::Density => material.density_kg_m3 *= 1.0 + change.change,
+            Property::HeatCapacity => {
+                let table = &material.heat_capacity;
+                let values = table.values().iter().map(|value| value * (1.0 + change.change)).collect();
+                let moved = Table::new(table.temperatures_k().to_vec(), values, table.outside());
+                material.heat_capacity = moved.expect("a valid table");
             }
             _ => continue,
         }

@@ -10,7 +10,7 @@ use crate::report::html::table::{list, table};
 use crate::report::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::margins::quantile_rank;
-use crate::study::trade::{SizedLayup, Trade};
+use crate::study::trade::{RESAMPLES, Rank, RankChange, SizedLayup, TableEnd, Trade};
 
 /// The name, with a mark if a property table ends below the temperatures met.
 pub(super) fn marked_name(outcome: &Trade, layup: &SizedLayup) -> String {
@@ -25,7 +25,7 @@ pub(super) fn page(answers: &Answers, outcome: &Trade) -> String {
     text.push(format!(
         "95 % rank and share of first places: of {} resamples of the members, the same for all layups. As drawn: \
          members within the limit with {} of {}. Largest share: of a factor in the variance of the thickness.",
-        format::count(crate::study::trade::RESAMPLES),
+        format::count(RESAMPLES),
         outcome.layups.first().map_or(String::new(), |layup| millimetres(layup.case_thickness_m)),
         outcome.request.requirement.ply
     ));
@@ -105,7 +105,7 @@ fn unranked(answers: &Answers, outcome: &Trade) -> String {
 }
 
 fn changes(outcome: &Trade) -> String {
-    let row = |change: &crate::study::trade::RankChange| {
+    let row = |change: &RankChange| {
         vec![
             format!("{} of {}", change.property.label(), change.material),
             if change.is_surrogate { "surrogate".to_owned() } else { "–".to_owned() },
@@ -142,18 +142,19 @@ fn changes(outcome: &Trade) -> String {
 }
 
 fn table_ends(outcome: &Trade) -> String {
-    let mut rows: Vec<(String, &'static str, f64, f64, usize)> = Vec::new();
+    // The hottest of each property, and the number of layups.
+    let mut ends: Vec<(TableEnd, usize)> = Vec::new();
     for end in outcome.layups.iter().flat_map(|layup| &layup.table_ends) {
-        match rows.iter_mut().find(|row| row.0 == end.material && row.1 == end.property) {
-            Some(row) => (row.3, row.4) = (row.3.max(end.met_k), row.4 + 1),
-            None => rows.push((end.material.clone(), end.property, end.end_k, end.met_k, 1)),
+        match ends.iter_mut().find(|(known, _)| known.material == end.material && known.property == end.property) {
+            Some((known, layups)) => (known.met_k, *layups) = (known.met_k.max(end.met_k), *layups + 1),
+            None => ends.push((end.clone(), 1)),
         }
     }
-    let row = |(material, property, end_k, met_k, layups): (String, &str, f64, f64, usize)| {
-        let (end, met) = (format::grouped(end_k, 0), format::grouped(met_k, 0));
-        vec![material, property.to_owned(), end, met, format::count(layups)]
+    let row = |(end, layups): &(TableEnd, usize)| {
+        let [end_k, met_k] = [end.end_k, end.met_k].map(|temperature_k| format::grouped(temperature_k, 0));
+        vec![end.material.clone(), end.property.to_owned(), end_k, met_k, format::count(*layups)]
     };
-    let rows: Vec<Vec<String>> = rows.into_iter().map(row).collect();
+    let rows: Vec<Vec<String>> = ends.iter().map(row).collect();
     let head = ["Material", "Property", "Table ends at, K", "Hottest, K", "Layups"];
     table("† Tables that end below the temperatures met, at nominal factors", &head, &rows)
 }
@@ -202,8 +203,7 @@ fn layups_file(answers: &Answers, outcome: &Trade) -> Result<NamedFile, ReportEr
     for layup in &outcome.layups {
         let (low, high) = mass_interval(layup);
         let largest = layup.shares.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let rank =
-            |of: fn(crate::study::trade::Rank) -> usize| layup.rank.map_or(String::new(), |rank| of(rank).to_string());
+        let rank = |of: fn(Rank) -> usize| layup.rank.map_or(String::new(), |rank| of(rank).to_string());
         file.text_row(vec![
             rank(|rank| rank.rank),
             outcome.materials_of(layup).join(" "),
