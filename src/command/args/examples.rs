@@ -104,7 +104,7 @@ Examples:
 
 pub(super) const TRADE: &str = "\
 Examples:
-  # Two cloths and two felts: by the mass that holds 650 K in 90 % of the members
+  # Two cloths and two insulators, by the mass that holds 650 K in 90 % of members
   bondline trade cases/lcat-2259 --ply OF=nextel440-bf20,sic-5hs \\
     --ply INS=pyrogel3350,pi-aerogel --size INS --limit \"TC4 < 650 K\" \\
     --probability 0.9 -n 100
