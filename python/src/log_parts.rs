@@ -12,7 +12,7 @@ use pyo3::types::PyBytes;
 
 /// A study whose minimisations can be divided between processes.
 enum Question {
-    Estimate(EstimateOptions),
+    Estimate(Box<EstimateOptions>),
     Coverage(TwinStudyOptions),
 }
 
@@ -20,7 +20,7 @@ fn question(command: &str, words: &[String]) -> PyResult<Question> {
     let refused = |failure| errors::failure(&failure);
     match parse(command, words)? {
         Command::Estimate { data, fit, posterior, seed, .. } => {
-            estimate_options(&data, &fit, &posterior, seed).map(Question::Estimate)
+            estimate_options(&data, &fit, &posterior, seed).map(|options| Question::Estimate(Box::new(options)))
         }
         Command::Twin { twin, data, fit, .. } => {
             let data_sets = twin.study.ok_or_else(|| PyValueError::new_err("expected a number of data sets"))?;

@@ -17,7 +17,7 @@ mod observations;
 mod predict;
 mod progress;
 mod resume;
-mod run;
+pub(crate) mod run;
 mod sensitivity;
 mod size;
 mod stop;
