@@ -13,7 +13,7 @@ use pyo3::types::PyBytes;
 /// A study whose minimisations can be divided between processes.
 enum Question {
     Estimate(Box<EstimateOptions>),
-    Coverage(TwinStudyOptions),
+    Coverage(Box<TwinStudyOptions>),
 }
 
 fn question(command: &str, words: &[String]) -> PyResult<Question> {
@@ -24,7 +24,8 @@ fn question(command: &str, words: &[String]) -> PyResult<Question> {
         }
         Command::Twin { twin, data, fit, .. } => {
             let data_sets = twin.study.ok_or_else(|| PyValueError::new_err("expected a number of data sets"))?;
-            convert::twin_study(&twin, &data, &fit, data_sets).map(Question::Coverage).map_err(refused)
+            let options = convert::twin_study(&twin, &data, &fit, data_sets).map_err(refused)?;
+            Ok(Question::Coverage(Box::new(options)))
         }
         _ => Err(PyValueError::new_err("the minimisations of this command cannot be divided")),
     }
