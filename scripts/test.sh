@@ -3,7 +3,8 @@
 # software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
 #   --all    also the slow parts: 300 random cases, 300 mutants of the kernels, 100,000 mutated inputs, 100 kills, 15
 #            races and 50 full disks, slow blocks and verification tables of the documentation, all cases, recipes and
-#            notebooks in Python, a Dask cluster whose workers are killed, a Slurm job array, ARM, Miri, another combination of features
+#            notebooks in Python, a Dask cluster whose workers are killed, a Slurm job array, ARM, Miri, one more
+#            combination of features
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
