@@ -42,7 +42,7 @@ impl Reportable for Trade {
     }
 
     fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
-        vec![("trade", figures::mass_over_probability(answers, self))]
+        figures::mass_over_probability(answers, self).into_iter().map(|figure| ("trade", figure)).collect()
     }
 
     fn sections(&self, answers: &Answers) -> Vec<Section> {
@@ -56,10 +56,10 @@ impl Reportable for Trade {
              the same in all layups, at every thickness. Its mass per area is that of all plies at the thickness of {} \
              that holds {}{exposures} in {} of the members, with nominal densities; the other plies keep the \
              thickness of the case. Ranks: {} resamples of the members, the same for all layups (bootstrap, Davison & \
-             Hinkley, Bootstrap Methods and their Application, 1997), so that they hold the sampling error alone, and not \
-             that of the properties. Property changes: the derivative of the thickness by a property is exact, by the \
-             implicit function theorem at the members next to the quantile (Hong, Operations Research 57, 2009), and \
-             the masses are extrapolated linearly.",
+             Hinkley, Bootstrap Methods and their Application, 1997), so that they have the sampling error alone, \
+             not that of the properties. Property changes: the derivative of the thickness by a property is exact, by \
+             the implicit function theorem at the members next to the quantile (Hong, Operations Research 57, 2009), \
+             and the masses are extrapolated linearly.",
             format::counted(self.members, "member"),
             self.request.requirement.ply,
             limit_text(answers, self),
@@ -164,7 +164,8 @@ fn lightest(answers: &Answers, outcome: &Trade) -> String {
         )
     });
     format!(
-        "{}{shared} with {} of {} for {limit} in {probability} of {}{exposures}: {}. First in {} of the resamples.{next}",
+        "{}{shared} with {} of {} for {limit} in {probability} of {}{exposures}: {}. First in {} of the \
+         resamples.{next}",
         format::list(&firsts),
         thickness_text(first.required),
         requirement.ply,

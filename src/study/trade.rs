@@ -1,5 +1,5 @@
-//! The trade study: the layups of all choices of materials, each sized for its temperature limit under all exposures, by
-//! their mass per area.
+//! The trade study: the layups of all choices of materials, each sized for its temperature limit under all exposures,
+//! by their mass per area.
 //!
 //! All layups are sized with the same members (common random numbers), so that the sampling errors of their masses are
 //! alike and cancel in the order: the ranks of resampled members tell what is left of them.

@@ -11,7 +11,8 @@ use crate::study::trade::{SizedLayup, Trade};
 /// Most lines that a reader can tell apart.
 const LINES: usize = 8;
 
-pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Figure {
+/// `None` where no layup holds the limit at any of the probabilities: its axes would have no range.
+pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Option<Figure> {
     let probabilities = probabilities(outcome.members);
     let exceeding: Vec<f64> = probabilities.iter().map(|probability| 100.0 * (1.0 - probability)).collect();
     // Layups of one rank have one line.
@@ -29,6 +30,9 @@ pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Figur
         .collect();
     let finite = || curves.iter().flatten().copied().filter(|mass| mass.is_finite());
     let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    if !low.is_finite() {
+        return None;
+    }
     // Names of layups are too long for a legend.
     let rank = |layup: &SizedLayup| layup.rank.map_or(0, |rank| rank.rank);
     let label = |layup: &SizedLayup| format!("{}: {}", rank(layup), areal_mass(layup.required_mass_kg_m2()));
@@ -37,11 +41,9 @@ pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Figur
         .collect();
     let names: Vec<String> = shown.iter().map(|layup| format!("{}: {}", rank(layup), name(outcome, layup))).collect();
     let required = 100.0 * (1.0 - outcome.request.requirement.probability);
-    if low.is_finite() {
-        layers.push(line("required".to_owned(), Ink::Measured, Stroke::Dotted, &[required; 2], &[low, high]));
-    }
+    layers.push(line("required".to_owned(), Ink::Measured, Stroke::Dotted, &[required; 2], &[low, high]));
     let probability = format::percent_near_limits(outcome.request.requirement.probability);
-    Figure {
+    Some(Figure {
         id: "trade-mass".to_owned(),
         paper_reference: String::new(),
         title: "Mass per area against the probability of exceeding the limit".to_owned(),
@@ -55,5 +57,5 @@ pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Figur
         x: Axis::log("Members above the limit, %"),
         y: Axis::linear("Mass, kg/m²"),
         layers,
-    }
+    })
 }
