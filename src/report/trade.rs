@@ -57,9 +57,9 @@ impl Reportable for Trade {
              that holds {}{exposures} in {} of the members, with nominal densities; the other plies keep the \
              thickness of the case. Ranks: {} resamples of the members, the same for all layups (bootstrap, Davison & \
              Hinkley, Bootstrap Methods and their Application, 1997), so that they have the sampling error alone, \
-             not that of the properties. Property changes: the derivative of the thickness by a property is exact, by \
-             the implicit function theorem at the members next to the quantile (Hong, Operations Research 57, 2009), \
-             and the masses are extrapolated linearly.",
+             not that of the properties. Property changes: the derivative of the thickness by a property is exact, \
+             by the implicit function theorem at the members next to the quantile (Hong, Operations Research 57, \
+             2009), and the masses are extrapolated linearly.",
             format::counted(self.members, "member"),
             self.request.requirement.ply,
             limit_text(answers, self),
