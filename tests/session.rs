@@ -193,7 +193,7 @@ fn an_answer_does_not_depend_on_earlier_studies_or_on_the_number_of_threads() {
     let mut alone = Session::open(case("slab"), &alone).expect("the CPU is always available");
     assert_eq!(alone.predict().expect("a prediction").temperatures_k, before.temperatures_k);
     let backend = &alone.answers().expect("answers").backend;
-    assert!(backend.name.starts_with("1 threads"), "a pool of one thread: {}", backend.name);
+    assert!(backend.name.starts_with("1 thread,"), "a pool of one thread: {}", backend.name);
 }
 
 /// A part as another process receives it.

@@ -20,7 +20,7 @@ fn question(command: &str, words: &[String]) -> PyResult<Question> {
     let refused = |failure| errors::failure(&failure);
     match parse(command, words)? {
         Command::Estimate { data, fit, posterior, seed, .. } => {
-            estimate_options(&data, &fit, &posterior, seed).map(|options| Question::Estimate(Box::new(options)))
+            estimate_options(&data, &fit, &posterior, seed).map(Box::new).map(Question::Estimate)
         }
         Command::Twin { twin, data, fit, .. } => {
             let data_sets = twin.study.ok_or_else(|| PyValueError::new_err("expected a number of data sets"))?;

@@ -138,7 +138,8 @@ impl Cpu {
 
 impl March for Cpu {
     fn backend(&self) -> Backend {
-        let name = format!("{} threads, {}", self.threads, self.vectors.title());
+        let noun = if self.threads == 1 { "thread" } else { "threads" };
+        let name = format!("{} {noun}, {}", self.threads, self.vectors.title());
         Backend { name, kind: "cpu", driver: None, precision: self.precision }
     }
 

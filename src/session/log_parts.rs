@@ -41,7 +41,7 @@ impl Session {
         found
     }
 
-    /// [`estimate`](Self::estimate), with minimisations that other processes have done; what they have not is done here.
+    /// [`estimate`](Self::estimate), with minimisations that other processes have done; the others are done here.
     ///
     /// # Errors
     /// As [`estimate`](Self::estimate), and when the parts are of another estimate or one is missing between them.
@@ -75,7 +75,7 @@ impl Session {
         found
     }
 
-    /// [`twin_study`](Self::twin_study), with fits that other processes have done; what they have not is done here.
+    /// [`twin_study`](Self::twin_study), with fits that other processes have done; the others are done here.
     ///
     /// # Errors
     /// As [`twin_study`](Self::twin_study), and when the parts are of another study or one is missing between them.
@@ -94,8 +94,8 @@ impl Session {
 }
 
 impl EstimateOptions {
-    /// The numbers of the minimisations of an estimate: one range for those of the data alone, and another one for those
-    /// with priors if there are any. A minimisation depends on no other of its range.
+    /// The numbers of the minimisations of an estimate: one range for those of the data alone, and another one for
+    /// those with priors if there are any. A minimisation depends on no other of its range.
     ///
     /// # Errors
     /// As [`check`](Self::check).

@@ -447,12 +447,12 @@ impl Session {
     pub fn march(&mut self, points: &Ensemble) -> Result<Traces, SessionError> {
         let mut traces = Traces::empty(0, self.plan.sensors, self.plan.instants_s.len());
         traces.temperatures_k.reserve_exact(points.len() * traces.sensors * traces.instants);
-        self.march_with(points, &mut |batch| traces.extend(batch, 0..batch.members()))?;
+        self.march_batches(points, true, &mut |batch| traces.extend(batch, 0..batch.members()))?;
         Ok(traces)
     }
 
     /// [`march`](Self::march), with a function that is called with every batch of members, in place of the traces of
-    /// all.
+    /// all. As in a sweep, gauges are not recorded.
     ///
     /// # Errors
     /// As [`march`](Self::march).
@@ -461,9 +461,25 @@ impl Session {
         points: &Ensemble,
         take: &mut (dyn FnMut(&Traces) + Send),
     ) -> Result<(), SessionError> {
+        self.march_batches(points, false, take)
+    }
+
+    fn march_batches(
+        &mut self,
+        points: &Ensemble,
+        has_gauges: bool,
+        take: &mut (dyn FnMut(&Traces) + Send),
+    ) -> Result<(), SessionError> {
         self.check_points(points, &[])?;
         self.with_march(points.len(), self.options.precision, |plan, march| {
             march.begin_sweep(points.len());
+            let without_gauges;
+            let plan = if has_gauges {
+                plan
+            } else {
+                without_gauges = plan.clone().without_gauges();
+                &without_gauges
+            };
             Ok(march_all(march, plan, points, &mut |batch| take(&batch))?)
         })
     }

@@ -294,8 +294,8 @@ fn fits(
 /// Why a data set has no fit.
 const NO_DATA: &str = "the march at the true factors failed";
 
-/// The case with synthetic observations for each set of true factors, from that of data set `first` on; `None` where the
-/// march failed.
+/// The case with synthetic observations for each set of true factors, from that of data set `first` on; `None` where
+/// the march failed.
 fn synthetic_cases(
     case: &Case,
     plan: &Plan,

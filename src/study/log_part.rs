@@ -53,8 +53,8 @@ pub(crate) struct PartialLog {
 }
 
 impl PartialLog {
-    /// The rows of parts, from the first row of the log on. A row that several parts have counts once. `head` is that of
-    /// the study.
+    /// The rows of parts, from the first row of the log on. A row that several parts have counts once. `head` is that
+    /// of the study.
     ///
     /// # Errors
     /// When a part is of another study, a row before the last one is missing, or two parts differ in a row.

@@ -55,7 +55,7 @@ def uncertainty(
     client
         The client of the cluster.
     pieces
-        Number of pieces; by default eight for each worker, but none of fewer than 65,536 members.
+        Number of pieces; by default up to eight for each worker, none of which has fewer than 65,536 members.
     retries
         How often a task that fails is repeated. A task whose worker dies is repeated as often as the setting
         ``distributed.scheduler.allowed-failures`` of Dask says, three times by default.
@@ -116,8 +116,8 @@ def estimate(
     client
         The client of the cluster.
     pieces
-        Number of tasks; by default eight for each worker, but none of fewer than 8 minimisations. An estimate with
-        priors has as many again, since the weight of the data comes from the minimisations of the data alone.
+        Number of tasks; by default up to eight for each worker, none of which has fewer than 8 minimisations. An
+        estimate with priors has as many again, since the weight of the data comes from those of the data alone.
     retries
         As in :func:`uncertainty`.
     progress
@@ -156,7 +156,7 @@ def coverage(
     client
         The client of the cluster.
     pieces
-        Number of tasks; by default eight for each worker, but none of fewer than 8 data sets.
+        Number of tasks; by default up to eight for each worker, none of which has fewer than 8 data sets.
     retries
         As in :func:`uncertainty`.
     progress
@@ -211,10 +211,14 @@ def posterior(
 
 
 def _ranges(first: int, end: int, pieces: int | None, client: Client, least: int, noun: str) -> list[tuple[int, int]]:
-    """Equal pieces of a range, none of which has fewer than ``least`` unless their number is given."""
+    """Equal pieces of a range, equally many for each worker and none smaller than ``least``, or as many as given."""
     count = end - first
     workers = max(len(client.scheduler_info()["workers"]), 1)
-    number = max(1, min(PARTS_PER_WORKER * workers, count // least)) if pieces is None else pieces
+    number = max(1, min(PARTS_PER_WORKER * workers, count // least))
+    if number > workers:
+        number -= number % workers
+    if pieces is not None:
+        number = pieces
     if not 1 <= number <= count:
         raise ValueError(f"pieces: expected 1 to {count}, the number of {noun}, found {number}")
     ends = [first + place * count // number for place in range(number + 1)]
