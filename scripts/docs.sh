@@ -31,8 +31,7 @@ if "$renew"; then
     before=$(mktemp -d)
     trap 'rm -rf "$before"' EXIT
     cp -r docs/verification "$before"
-    # The options share the library with `cargo test --workspace`.
-    cargo build --profile work --quiet --workspace --bin bondline --examples
+    cargo build --profile work --workspace --quiet --bin bondline
     program=$target/work/bondline
     "$environment/bin/python" docs/generate/command_line.py "$program"
     "$environment/bin/python" docs/generate/verification.py "$program"

@@ -1,28 +1,27 @@
 #!/usr/bin/env bash
-# Build the Python package and run its tests. Python packages go into a virtual environment under target/. The compiled
-# module is that of `cargo test --workspace`, which shares the library with it.
-#   --release  build and test the wheel as it is published, and print its path
-# With BONDLINE_ALL set also the wheel, and what takes minutes or heavier packages: all cases with all commands, a
-# cluster whose workers are killed, all recipes and notebooks of the book.
+# Build the Python package and run its tests. Python packages go into a virtual environment under target/. The wheel
+# shares the library with `cargo test --workspace`.
+#   --release  build the wheel as it is published, and print its path
+# With BONDLINE_ALL set also what takes minutes or heavier packages: all cases with all commands, a cluster whose
+# workers are killed, all recipes and notebooks of the book.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 fail() { printf 'scripts/python.sh: %s\n' "$*" >&2; exit 1; }
 
-profile=${BONDLINE_ALL:+work}
+profile=work
 for option in "$@"; do
     case "$option" in
         --release) profile=wheel ;;
         *) fail "unknown option $option: expected --release" ;;
     esac
 done
-# Elsewhere a module needs flags of the linker, which maturin knows.
-[ "$(uname)" = Linux ] || profile=${profile:-work}
 command -v python3 >/dev/null || fail 'python3 not found: install Python 3.10 or later with its venv module'
 
 target=${CARGO_TARGET_DIR:-target}
 mkdir -p "$target"
 target=$(cd "$target" && pwd)
+wheels=$target/python/$profile
 environment=$target/python/environment requirements=python/tests/requirements.txt
 if [ -n "${BONDLINE_ALL:-}" ]; then
     environment+=-all requirements=python/tests/requirements-all.txt
@@ -33,23 +32,12 @@ if ! cat python/tests/requirements*.txt | cmp -s - "$environment/requirements"; 
     "$environment/bin/pip" install --quiet --disable-pip-version-check --no-compile -r "$requirements"
     cat python/tests/requirements*.txt >"$environment/requirements"
 fi
-if [ -n "$profile" ]; then
-    wheels=$target/python/$profile
-    rm -rf "$wheels"
-    "$environment/bin/pip" install --quiet --disable-pip-version-check maturin==1.16.0
-    # Packages of a system are linked to its own libraries; a published wheel is linked to older ones.
-    "$environment/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile "$profile" \
-        --compatibility linux --strip --compression-level 9 --out "$wheels"
-    wheel=$(echo "$wheels"/*.whl)
-    "$environment/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
-else
-    # With --examples, of which there are none, Cargo takes the features of dependencies that tests have.
-    cargo build --quiet --profile work --workspace --lib --examples
-    package=$("$environment/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/bondline
-    rm -rf "$package"
-    cp -r python/python/bondline "$package"
-    cp "$target/work/lib_bondline.so" "$package/_bondline.abi3.so"
-fi
+rm -rf "$wheels"
+# Packages of a system are linked to its own libraries; a published wheel is linked to older ones.
+"$environment/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile "$profile" \
+    --compatibility linux --strip --compression-level 9 --out "$wheels"
+wheel=$(echo "$wheels"/*.whl)
+"$environment/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
 cd python
 "$environment/bin/mypy" --strict python/bondline tests
 "$environment/bin/python" -m pytest --quiet
@@ -58,6 +46,4 @@ if [ -n "${BONDLINE_ALL:-}" ]; then
     PATH=$environment/bin:$PATH "$environment/bin/python" -m pytest --quiet --nbmake --nbmake-timeout=1200 \
         ../docs/notebooks
 fi
-if [ -n "$profile" ]; then
-    printf '%s: %s bytes\n' "$wheel" "$(stat -c %s "$wheel")"
-fi
+printf '%s: %s bytes\n' "$wheel" "$(stat -c %s "$wheel")"

@@ -100,7 +100,7 @@ if "$all"; then
     say 'Slurm'
     command -v slurmctld >/dev/null && command -v slurmd >/dev/null && command -v munged >/dev/null ||
         install 'Slurm' slurmctld slurmd slurm-client munge
-    cargo build --profile work --workspace --bin bondline --examples
+    cargo build --profile work --workspace --bin bondline
     scripts/slurm.sh
     say 'ARM'
     rustup target add aarch64-unknown-linux-gnu
