@@ -1,6 +1,6 @@
 //! Interrupted sweeps: killed, stopped by a signal or a time limit, and resumed.
 
-use super::{CASE, CommandResult, OBSERVATIONS, command, run};
+use super::{CASE, CommandResult, OBSERVATIONS, command, run, run_limited};
 use crate::support::{Scratch, without_run};
 use serde_json::Value;
 use std::fs;
@@ -79,12 +79,12 @@ fn a_time_limit_ends_a_sweep_with_an_answer_that_can_be_resumed_but_not_lost_by_
     let scratch = Scratch::new("limited");
     scratch.write("c/case.toml", CASE);
     let line = "uncertainty c -n 60000000 --keep members --out one";
-    let first = partial(&scratch, &run(&scratch, &format!("{line} --limit-time 1s")));
+    let first = partial(&scratch, &run_limited(&scratch, line));
     run(&scratch, line).exited_with(2).with_stderr(&[
         &format!("one.checkpoint keeps members 0..{first} of 60000000 of a run of 20"),
         "give --resume to go on, or --force to start anew",
     ]);
-    let resumed = run(&scratch, &format!("{line} --limit-time 1s --resume"));
+    let resumed = run_limited(&scratch, &format!("{line} --resume"));
     assert!(resumed.stderr.contains(&format!("keeps members 0..{first} of 60000000")), "{}", resumed.stderr);
     let second = partial(&scratch, &resumed);
     assert!(second > first, "{second} members after {first}");

@@ -2,7 +2,7 @@
 //! `BONDLINE_ALL` (`scripts/test.sh --all`) there are as many as the documentation promises, with a shipped case.
 
 use super::resume::{ended, started};
-use super::{CASE, CommandResult, run, wait_for};
+use super::{CASE, CommandResult, run, run_limited, wait_for};
 use crate::support::{Scratch, Uniform, root, without_run};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -125,8 +125,8 @@ fn a_sweep_that_is_killed_at_any_moment_is_resumed_to_the_same_bits_and_leaves_n
 fn one_changed_byte_of_kept_members_is_noticed() {
     let scratch = Scratch::new("changed-byte");
     scratch.write("c/case.toml", CASE);
-    let line = sweep("c", 50_000_000) + " --limit-time 1s --out one";
-    run(&scratch, &line).exited_with(1);
+    let line = sweep("c", 50_000_000) + " --out one";
+    run_limited(&scratch, &line).exited_with(1);
     let mut random = Uniform(2);
     for (name, message) in [("sweep.json", "sweep.json"), ("members.rows", "does not have the rows of its")] {
         let path = scratch.path().join("one.checkpoint").join(name);
@@ -135,11 +135,11 @@ fn one_changed_byte_of_kept_members_is_noticed() {
             let mut changed = sound.clone();
             changed[(random.next() * sound.len() as f64) as usize] ^= 1;
             fs::write(&path, changed).expect("a file of this test");
-            run(&scratch, &format!("{line} --resume")).exited_with(2).with_stderr(&[message]);
+            run_limited(&scratch, &format!("{line} --resume")).exited_with(2).with_stderr(&[message]);
         }
         fs::write(&path, &sound).expect("a file of this test");
     }
-    let resumed = run(&scratch, &format!("{line} --resume")).exited_with(1);
+    let resumed = run_limited(&scratch, &format!("{line} --resume")).exited_with(1);
     assert!(resumed.stderr.contains("going on from there"), "{}", resumed.stderr);
 }
 
