@@ -61,6 +61,15 @@ def test_an_exception_of_the_progress_ends_the_sweep(client: Client, slab: bondl
         bondline.dask.uncertainty(slab, 2000, client=client, pieces=4, progress=progress, interval_s=0.0)
 
 
+def test_workers_have_equally_many_pieces(client: Client) -> None:
+    def pieces(members: int) -> int:
+        return len(bondline.dask._ranges(0, members, None, client, bondline.dask.LEAST_MEMBERS, "members"))
+
+    assert len(client.scheduler_info()["workers"]) == 2
+    found = [pieces(members) for members in (10_000, 40_000, 200_000, 1_000_000, 10_000_000)]
+    assert found == [1, 2, 2, 14, 16]
+
+
 def test_wrong_options_are_refused_before_anything_is_sent(client: Client, slab: bondline.Case) -> None:
     with pytest.raises(bondline.OptionError, match="at least 2 members"):
         bondline.dask.uncertainty(slab, 1, client=client)

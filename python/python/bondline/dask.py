@@ -55,7 +55,8 @@ def uncertainty(
     client
         The client of the cluster.
     pieces
-        Number of pieces; by default up to eight for each worker, none of which has fewer than 65,536 members.
+        Number of pieces; by default up to eight for each worker, of at least 65,536 members, or one for each worker, of
+        at least 16,384.
     retries
         How often a task that fails is repeated. A task whose worker dies is repeated as often as the setting
         ``distributed.scheduler.allowed-failures`` of Dask says, three times by default.
@@ -116,8 +117,9 @@ def estimate(
     client
         The client of the cluster.
     pieces
-        Number of tasks; by default up to eight for each worker, none of which has fewer than 8 minimisations. An
-        estimate with priors has as many again, since the weight of the data comes from those of the data alone.
+        Number of tasks; by default up to eight for each worker, of at least 8 minimisations, or one for each worker, of
+        at least 2. An estimate with priors has as many again, since the weight of the data comes from those of the data
+        alone.
     retries
         As in :func:`uncertainty`.
     progress
@@ -156,7 +158,8 @@ def coverage(
     client
         The client of the cluster.
     pieces
-        Number of tasks; by default up to eight for each worker, none of which has fewer than 8 data sets.
+        Number of tasks; by default up to eight for each worker, of at least 8 data sets, or one for each worker, of at
+        least 2.
     retries
         As in :func:`uncertainty`.
     progress
@@ -211,14 +214,13 @@ def posterior(
 
 
 def _ranges(first: int, end: int, pieces: int | None, client: Client, least: int, noun: str) -> list[tuple[int, int]]:
-    """Equal pieces of a range, equally many for each worker and none smaller than ``least``, or as many as given."""
+    """Equal pieces of a range: as many as given, or equally many for each worker, so that none waits. One for each
+    worker may be a quarter of ``least``."""
     count = end - first
     workers = max(len(client.scheduler_info()["workers"]), 1)
-    number = max(1, min(PARTS_PER_WORKER * workers, count // least))
-    if number > workers:
-        number -= number % workers
-    if pieces is not None:
-        number = pieces
+    many = min(PARTS_PER_WORKER * workers, count // least)
+    few = min(workers, 4 * count // least)
+    number = max(many - many % workers, few, 1) if pieces is None else pieces
     if not 1 <= number <= count:
         raise ValueError(f"pieces: expected 1 to {count}, the number of {noun}, found {number}")
     ends = [first + place * count // number for place in range(number + 1)]
