@@ -294,7 +294,8 @@ fn on_screen(answers: &Answers, outcome: &Trade) -> Vec<String> {
         )
     };
     let thickness = format!("{}, mm", format::truncate(&outcome.request.requirement.ply, 4));
-    let mut lines = vec![row("rank", &choices(outcome), ["kg/m²", &thickness, "margin", "95 % rank"])];
+    let head = row("rank", &choices(outcome), ["kg/m²", &thickness, "margin", "95 % rank"]);
+    let mut lines = if outcome.ranked().is_empty() { Vec::new() } else { vec![head] };
     let number = |length_m: f64| millimetres(length_m).replace(" mm", "");
     for (layup, rank) in outcome.ranked().iter().take(SCREEN_ROWS).filter_map(|layup| Some((layup, layup.rank?))) {
         let numbers = [
