@@ -143,19 +143,19 @@ fn a_layup_that_no_thickness_suffices_for_has_no_rank() {
 
 #[test]
 fn a_property_that_changes_as_far_as_stated_makes_the_other_layup_as_light() {
-    let options = TradeOptions { choices: vec![choice("INS", &["saffil-96", "apa2"])], ..options(650.0, 1) };
-    let saffil = Material::named("saffil-96").expect("a known one");
-    let found = trade(with_material(&lcat("lcat-2259"), "INS", &saffil), &options);
+    let options = TradeOptions { choices: vec![choice("OF", &["nextel440-bf20", "sic-5hs"])], ..options(650.0, 1) };
+    let cloth = Material::named("sic-5hs").expect("a known one");
+    let found = trade(with_material(&lcat("lcat-2259"), "OF", &cloth), &options);
     let gap_kg_m2 = |found: &Trade| {
-        let [saffil, other] = ["saffil_96", "apa2"].map(|id| layup(found, &[id]).required_mass_kg_m2());
-        other - saffil
+        let [other, own] = ["nextel440_bf20", "sic_5hs"].map(|id| layup(found, &[id]).required_mass_kg_m2());
+        other - own
     };
     let before = gap_kg_m2(&found);
     assert!(before > 0.05, "{before}");
     let changes = found.rank_changes.as_ref().expect("the CPU has derivatives");
     let mut checked = 0;
-    for change in changes.iter().filter(|change| change.material == "saffil_96" && change.change.abs() < 0.3) {
-        let mut material = saffil.clone();
+    for change in changes.iter().filter(|change| change.material == "sic_5hs") {
+        let mut material = cloth.clone();
         match change.property {
             Property::Density => material.density_kg_m3 *= 1.0 + change.change,
             Property::HeatCapacity => {
@@ -167,7 +167,7 @@ fn a_property_that_changes_as_far_as_stated_makes_the_other_layup_as_light() {
             _ => continue,
         }
         checked += 1;
-        let moved = trade(with_material(&lcat("lcat-2259"), "INS", &material), &options);
+        let moved = trade(with_material(&lcat("lcat-2259"), "OF", &material), &options);
         let after = gap_kg_m2(&moved);
         // What is left is the curvature.
         assert!(after.abs() < 0.2 * before, "{change:?}: a gap of {before} and then {after}");
@@ -179,6 +179,7 @@ fn a_property_that_changes_as_far_as_stated_makes_the_other_layup_as_light() {
 fn a_study_without_a_rank_has_a_report() {
     let mut options = options(320.0, 1);
     options.choices = vec![choice("INS", &["pyrogel3350", "saffil-96"])];
+    options.size.thickness_range_m = Some((1.5e-3, 6e-3));
     let mut session = session(lcat("lcat-2259"));
     assert!(session.trade(&options).expect("a trade study").ranked().is_empty());
     let summary = session.summary().expect("a summary");
