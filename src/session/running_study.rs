@@ -1,0 +1,270 @@
+//! A study while it runs: its plan, its march and the answers so far.
+
+#[cfg(feature = "serde")]
+use super::checkpoint::{Checkpoint, ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
+use super::{
+    Answers, FitOptions, MembersCallback, SensitivityOptions, SessionError, UncertaintyOptions, with_tolerance,
+};
+use crate::adapt::adapt_monitored;
+use crate::case::Case;
+use crate::march::monitor::MonitoredMarch;
+use crate::march::{March, MarchError};
+use crate::plan::Plan;
+use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study_from};
+use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
+use crate::study::driver_emissivity::driver_emissivity;
+use crate::study::driver_smoothing::driver_smoothing;
+use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate_from};
+#[cfg(feature = "serde")]
+use crate::study::kept_rows::KeptRows;
+use crate::study::model_comparison::compare_models;
+use crate::study::nominal::{Prediction, nominal};
+#[cfg(feature = "serde")]
+use crate::study::posterior::{PosteriorError, log_columns};
+use crate::study::posterior::{Walkers, posterior_from};
+use crate::study::sensitivity::{Sensitivity, sensitivity};
+use crate::study::simultaneous_band::Envelope;
+#[cfg(feature = "serde")]
+use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
+use crate::study::uncertainty::{SweepStatistics, Uncertainty};
+#[cfg(not(feature = "serde"))]
+use crate::study::work_log::NoLog;
+use crate::study::work_log::WorkLog;
+#[cfg(feature = "serde")]
+use crate::traces::MemberStatus;
+use std::ops::Range;
+#[cfg(feature = "serde")]
+use std::path::PathBuf;
+
+/// A study while it runs.
+pub(super) struct RunningStudy<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) march: &'a mut MonitoredMarch,
+    pub(super) tolerance_k: Option<f64>,
+    pub(super) depth_profiles: Option<ProfileInstants>,
+    #[cfg(feature = "serde")]
+    pub(super) checkpoint: Option<Checkpoint>,
+    pub(super) answers: Answers,
+}
+
+impl RunningStudy<'_> {
+    pub(super) fn predict(&mut self) -> Result<Prediction, SessionError> {
+        let found = nominal(&self.answers.case, self.plan, self.march)?;
+        self.answers.driver_smoothing = driver_smoothing(&self.answers.case, self.plan, self.march, &found)?;
+        self.answers.driver_emissivity = driver_emissivity(&self.answers.case, self.plan, self.march, &found)?;
+        self.answers.nominal = Some(found.clone());
+        Ok(found)
+    }
+
+    pub(super) fn uncertainty(
+        &mut self,
+        options: &UncertaintyOptions,
+        members: &mut MembersCallback<'_>,
+    ) -> Result<Uncertainty, SessionError> {
+        let nominal = match &self.answers.nominal {
+            Some(nominal) => nominal.clone(),
+            None => self.predict()?,
+        };
+        let gathered = self.sweep_statistics(options, &nominal, 0..options.members, members)?;
+        let found = gathered.results(&nominal, &options.sweep().sampling, options.members);
+        self.answers.seed = Some(options.seed);
+        self.answers.uncertainty = Some(found.clone());
+        Ok(found)
+    }
+
+    /// Profiles through the thickness, if the session has them; with bands over the members of a sweep.
+    pub(super) fn depth_profiles(&mut self, sweep: Option<&UncertaintyOptions>) -> Result<(), SessionError> {
+        let Some(instants) = &self.depth_profiles else { return Ok(()) };
+        let sweep = sweep.map(UncertaintyOptions::sweep);
+        let found = depth_profiles(&self.answers.case, self.plan, instants, sweep.as_ref(), &self.march.monitor());
+        match found {
+            // The sweep is complete, and its answer is not thrown away.
+            Err(MarchError::Stopped) if sweep.is_some() => {
+                self.answers.run.remarks.push("stopped before the profiles through the thickness".to_owned());
+            }
+            found => self.answers.depth_profiles = found?,
+        }
+        Ok(())
+    }
+
+    /// Statistics of some members of a sweep.
+    pub(super) fn sweep_statistics(
+        &mut self,
+        options: &UncertaintyOptions,
+        nominal: &Prediction,
+        part: Range<usize>,
+        members: &mut MembersCallback<'_>,
+    ) -> Result<SweepStatistics, SessionError> {
+        let (case, sweep) = (&self.answers.case, options.sweep());
+        let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
+        let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
+        let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind)
+            .with_driver_emissivity(self.answers.driver_emissivity.as_ref(), options.seed);
+        #[cfg(feature = "serde")]
+        let mut keeper = self.keeper(options, nominal, &part, &gathered);
+        #[cfg(feature = "serde")]
+        let part = match keeper.as_ref().map_or(Ok(None), |keeper| keeper.kept(&gathered, &part))? {
+            Some((kept, next)) => {
+                gathered = kept;
+                next..part.end
+            }
+            None => part,
+        };
+        self.march.begin_sweep(part.len());
+        #[cfg(feature = "serde")]
+        let (monitor, is_cancelled) =
+            (self.march.monitor(), |found: Result<(), MarchError>| matches!(found, Err(MarchError::Cancelled)));
+        let marched =
+            gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, &mut |so_far, of, batch| {
+                members(of, batch);
+                #[cfg(feature = "serde")]
+                if !is_cancelled(monitor.check()) {
+                    keeper.iter_mut().for_each(|keeper| keeper.update(so_far));
+                }
+                #[cfg(not(feature = "serde"))]
+                let _ = so_far;
+            });
+        #[cfg(feature = "serde")]
+        if let Some(mut keeper) = keeper {
+            if marched.is_err() && gathered.members() > 0 && !is_cancelled(monitor.check()) {
+                keeper.keep(&gathered);
+            }
+            self.answers.run.remarks.extend(keeper.remark());
+        }
+        match marched {
+            Err(MarchError::Stopped) if gathered.completed() >= 2 => {}
+            other => other?,
+        }
+        Ok(gathered)
+    }
+
+    /// Keeps the members of a sweep, if the session has a checkpoint and the nominal march a result to refer to.
+    #[cfg(feature = "serde")]
+    pub(super) fn keeper(
+        &self,
+        options: &UncertaintyOptions,
+        nominal: &Prediction,
+        part: &Range<usize>,
+        empty: &SweepStatistics,
+    ) -> Option<SweepKeeper> {
+        let checkpoint = self.checkpoint.clone().filter(|_| nominal.status == MemberStatus::Completed)?;
+        let case = &self.answers.case;
+        let path = case.input_files().first().map_or_else(PathBuf::new, |file| PathBuf::from(&file.path));
+        let mark = CaseIdentity { id: case.id.clone(), path, sets: Vec::new(), fingerprint: fingerprint(case) };
+        let (draw, run) = (SamplingRecord::from(options), self.answers.run.clone());
+        let members = part.start..part.start;
+        Some(SweepKeeper::new(checkpoint, Piece::new(mark, draw, &self.march.backend(), run, members, nominal, empty)))
+    }
+
+    /// Keeps the rows of the log of a study, if the session has a checkpoint. `size` is the length of a row, and the
+    /// number of rows if it is known.
+    #[cfg(feature = "serde")]
+    pub(super) fn row_keeper(
+        &self,
+        files: RowFiles,
+        options: &str,
+        size: (usize, Option<usize>),
+    ) -> Result<Option<RowKeeper>, SessionError> {
+        let Some(checkpoint) = self.checkpoint.clone() else { return Ok(None) };
+        RowKeeper::open(checkpoint, files, self.log_head(options, size)).map(Some)
+    }
+
+    /// What the rows of the log of this study are of.
+    #[cfg(feature = "serde")]
+    pub(super) fn log_head(&self, options: &str, size: (usize, Option<usize>)) -> KeptRows {
+        let Answers { case, other_cases, run, .. } = &self.answers;
+        let cases = std::iter::once(case).chain(other_cases);
+        KeptRows::new(cases, &self.march.backend(), run.clone(), options, size)
+    }
+
+    pub(super) fn sensitivity(&mut self, options: &SensitivityOptions) -> Result<Sensitivity, SessionError> {
+        let step = options.step(self.march.backend().precision);
+        let found = sensitivity(&self.answers.case, self.plan, self.march, step)?;
+        self.answers.sensitivity = Some(found.clone());
+        Ok(found)
+    }
+
+    /// Further cases of an estimate.
+    pub(super) fn add_other_cases(&mut self, others: Vec<Case>) {
+        others.iter().for_each(|case| self.answers.run.add_files(case));
+        self.answers.other_cases = others.into_iter().map(|other| with_tolerance(other, self.tolerance_k)).collect();
+    }
+
+    /// The plans of the further cases.
+    pub(super) fn other_plans(&self) -> Result<Vec<Plan>, SessionError> {
+        let monitor = self.march.monitor();
+        Ok(self.answers.other_cases.iter().map(|other| adapt_monitored(other, &monitor)).collect::<Result<_, _>>()?)
+    }
+
+    pub(super) fn estimate<L: WorkLog>(
+        &mut self,
+        fit: &FitOptions,
+        walkers: Option<&Walkers>,
+        log: impl FnOnce(&Self, &SearchOptions) -> Result<L, SessionError>,
+    ) -> Result<ParameterEstimates, SessionError> {
+        let search = fit.search(self.march.backend().precision);
+        let mut log = log(self, &search)?;
+        let plans = self.other_plans()?;
+        let Answers { case, other_cases: others, .. } = &self.answers;
+        let runs: Vec<(&Case, &Plan)> = std::iter::once((case, self.plan)).chain(others.iter().zip(&plans)).collect();
+        let found = estimate_from(&runs, self.march, &search, &mut log)?;
+        if let Some(walkers) = walkers {
+            let iterations = walkers.iterations;
+            #[cfg(feature = "serde")]
+            let mut log = {
+                let options = format!("{search:?}, {:?}, {walkers:?}", found.values);
+                let size = (log_columns(&found, walkers), Some(iterations));
+                self.row_keeper(ITERATIONS, &options, size)?
+            };
+            #[cfg(feature = "serde")]
+            let iterations = iterations - log.as_ref().map_or(0, RowKeeper::finished);
+            #[cfg(not(feature = "serde"))]
+            let mut log = NoLog;
+            self.march.begin_sweep(runs.len() * walkers.number * iterations);
+            let sampled = posterior_from(&runs, self.march, &found, walkers, &mut log);
+            #[cfg(feature = "serde")]
+            self.answers.run.remarks.extend(end_of_log(log, matches!(sampled, Err(PosteriorError::March(_)))));
+            self.answers.posterior = Some(sampled?);
+            self.answers.seed = Some(walkers.seed);
+        }
+        self.answers.estimated = Some(found.clone());
+        Ok(found)
+    }
+
+    pub(super) fn coverage(
+        &mut self,
+        design: &CoverageDesign,
+        log: &mut dyn WorkLog,
+    ) -> Result<CoverageStudy, SessionError> {
+        self.predict()?;
+        let found = coverage_study_from(&self.answers.case, self.plan, self.march, design, log)?;
+        self.answers.seed = Some(design.noise.seed);
+        self.answers.coverage_study = Some(found.clone());
+        Ok(found)
+    }
+
+    /// Fit another case to the same observations, and compare the misfits.
+    pub(super) fn compare(
+        &mut self,
+        other: Case,
+        fit: &FitOptions,
+        found: &ParameterEstimates,
+    ) -> Result<(), SessionError> {
+        let Some(first) = found.fitted.first() else { return Ok(()) };
+        let (search, other) = (fit.search(self.march.backend().precision), with_tolerance(other, self.tolerance_k));
+        let plan = adapt_monitored(&other, &self.march.monitor())?;
+        self.answers.model_comparison =
+            Some(compare_models((&self.answers.case, first), (&other, &plan), self.march, &search)?);
+        Ok(())
+    }
+}
+
+/// Keep the last rows of a study that was interrupted. Returns the first error.
+#[cfg(feature = "serde")]
+pub(super) fn end_of_log(log: Option<RowKeeper>, is_interrupted: bool) -> Option<String> {
+    let mut keeper = log?;
+    if is_interrupted && keeper.finished() > 0 {
+        keeper.keep();
+    }
+    keeper.remark()
+}
