@@ -1,7 +1,7 @@
 //! Sessions against the command, bit by bit; progress, cancellation, threads, invalid options.
 
 use crate::cli::run;
-use crate::support::{Scratch, adapter, case, cases, root, without_run};
+use crate::support::{Scratch, adapter, case, cases, cases_of_each_kind, root, without_run};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::Ensemble;
 use bondline::march::March;
@@ -100,7 +100,7 @@ fn a_session_gives_all_answers_of_the_command_on_every_shipped_case_bit_identica
     const MEMBERS: usize = 30;
     let scratch = Scratch::new("session-questions");
     let mut answered = [0; 8];
-    for case in cases() {
+    for case in cases_of_each_kind() {
         let path = at(case.id());
         // A coarse tolerance saves time; the comparison holds at any.
         let sets = case.resolution().tolerance_k.map(|_| ("resolution.tolerance".to_owned(), "2 K".to_owned()));

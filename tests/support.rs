@@ -132,6 +132,22 @@ pub(crate) fn cases() -> Vec<Case> {
     found
 }
 
+/// Shipped cases, one for each kind of kernel: one ply, several, a conductivity in parts, quasi-steady gas with few and
+/// many states, Darcy flow of air, Darcy flow of pyrolysis gas. With `BONDLINE_ALL` every shipped case: for tests that
+/// compile a slow kernel a case, or give many answers.
+pub(crate) fn cases_of_each_kind() -> Vec<Case> {
+    const KINDS: [&str; 7] = [
+        "slab",
+        "stack-saffil-sic",
+        "lcat-2259",
+        "lcat-2259-pyrolysis",
+        "lcat-2330-pyrolysis",
+        "permeation",
+        "tacot-held",
+    ];
+    if std::env::var_os("BONDLINE_ALL").is_some() { cases() } else { KINDS.map(case).into() }
+}
+
 /// One shipped case, by the name of its folder.
 pub(crate) fn case(id: &str) -> Case {
     load(&format!("cases/{id}/case.toml"))

@@ -3,7 +3,7 @@
 use super::layup::with_holder_and_held_face;
 use super::parity::with_scaled_conductivities;
 use crate::support::{
-    BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, adapter, case, cases, modified,
+    BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, adapter, case, cases_of_each_kind, modified,
     nominal_and_random,
 };
 use crate::support::{all_numbers, count_differences, max_difference_k};
@@ -70,10 +70,10 @@ fn marched(case: &Case, precision: Precision, lanes: u32) -> [Marched; 2] {
     })
 }
 
-/// Every shipped case in double precision, and features that they lack: holder, contact and depth factors, unhindered
+/// Shipped cases of each kind in double precision, and features that they lack: holder, contact and depth factors, unhindered
 /// gas; and one case of each kind in single precision. In two threads, as compiling takes longest.
 static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
-    let every = cases().into_iter().map(coarsened).chain([with_holder_and_held_face(), unhindered()]);
+    let every = cases_of_each_kind().into_iter().map(coarsened).chain([with_holder_and_held_face(), unhindered()]);
     let double = every.zip(THREADS_IN_TURN.into_iter().cycle()).map(|(case, lanes)| (case, Precision::F64, lanes));
     let kinds = [with_holder_and_held_face(), coarsened(case("permeation"))];
     let inputs = double.chain(kinds.map(|case| (case, Precision::F32, COOPERATIVE_THREADS)));

@@ -125,7 +125,7 @@ pub struct Device {
     pub(crate) limits: wgpu::Limits,
     /// Whether its shaders support f64.
     pub has_f64: bool,
-    checks: bool,
+    pub(super) checks: bool,
     cache: Option<DriverCache>,
     /// The first error since the last check.
     fault: Arc<Mutex<Option<MarchError>>>,

@@ -31,6 +31,7 @@ mod tests;
 use super::{Backend, March, MarchError, PendingBatch, Precision, readings, trace_rows};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
+use crate::plan::layout::Cell;
 use crate::traces::Traces;
 use batch::{Batch, Invocation, Pipeline};
 pub use cooperative::COOPERATIVE_THREADS;
@@ -116,7 +117,7 @@ impl Gpu {
         if requested == 1 {
             return Ok(1);
         }
-        let text = shader::column_lengths(plan, requested) + &self.source(plan, requested);
+        let text = shader::column_lengths(plan, plan.cells(), requested) + &self.source(plan, requested);
         let known = self.workgroup_bytes.iter().find(|(known, _)| *known == text).map(|(_, bytes)| *bytes);
         let bytes = match known {
             Some(bytes) => bytes,
@@ -160,14 +161,15 @@ impl Gpu {
     /// The pipeline of a plan, compiled once for both resolutions.
     fn pipeline(&mut self, plan: &Plan, threads: u32, tells: bool) -> Result<&mut Pipeline, MarchError> {
         let (texels, text) = (self.reads_texels(plan), self.source(plan, threads));
+        let cells = self.column_cells(plan, threads);
         // With more than twice the cells, half of the columns would be unused memory.
-        let room = plan.cells()..=2 * plan.cells();
+        let room = plan.cells()..=2 * cells;
         let fits =
             |known: &Pipeline| known.source == text && known.is_differentiated == tells && room.contains(&known.cells);
         let known = self.pipelines.iter().position(fits);
         let place = known.unwrap_or(self.pipelines.len());
         if known.is_none() {
-            let mut kernel = self.device.kernel(shader::column_lengths(plan, threads) + &text)?;
+            let mut kernel = self.device.kernel(shader::column_lengths(plan, cells, threads) + &text)?;
             if tells {
                 kernel = kernel.differentiated("factors").map_err(|why| self.device.error(why))?;
             }
@@ -176,7 +178,7 @@ impl Gpu {
             self.pipelines.push(Pipeline {
                 compute: inner,
                 source: text,
-                cells: plan.cells(),
+                cells,
                 threads_per_member: threads,
                 is_differentiated: tells,
                 reads_texels: texels,
@@ -184,6 +186,17 @@ impl Gpu {
             });
         }
         Ok(&mut self.pipelines[place])
+    }
+
+    /// Cells of the columns of a new kernel for a plan. With the runtime's checks every element is cleared by a store of
+    /// its own, which compiles for long: then no more than the plan has.
+    fn column_cells(&self, plan: &Plan, threads: u32) -> usize {
+        if self.device.checks {
+            return plan.cells();
+        }
+        let row_bytes = (Cell::<u32>::FIELDS.len() as u64 * self.word_bytes()).next_multiple_of(16);
+        let most = self.device.limits.max_uniform_buffer_binding_size / row_bytes;
+        shader::column_cells(plan, most as usize, threads)
     }
 
     fn begin_in<'a, W: DeviceScalar>(

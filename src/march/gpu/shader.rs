@@ -5,6 +5,7 @@
 //! be sized by pipeline constants, so the source depends on the plan, and also serves plans with fewer cells.
 
 use super::layout::declarations;
+use super::spirv::MAX_INITIALISED_LENGTH;
 use crate::march::Precision;
 use crate::physics::constants;
 use crate::plan::layout::{
@@ -85,14 +86,29 @@ pub fn preamble(precision: Precision) -> String {
 }
 
 #[cfg(test)]
-/// The source of a kernel with the column lengths of a plan.
+/// The source of a kernel whose columns have the cells of a plan.
 pub fn kernel(plan: &Plan, precision: Precision, texels: bool, threads: u32, entry: (&str, &str)) -> String {
-    column_lengths(plan, threads) + &source_without_lengths(plan, precision, texels, threads, entry)
+    column_lengths(plan, plan.cells(), threads) + &source_without_lengths(plan, precision, texels, threads, entry)
 }
 
-/// Declarations of the column lengths, which may exceed the cells of a plan.
-pub(super) fn column_lengths(plan: &Plan, threads: u32) -> String {
-    let (cells, gas, pores, nodes) = (plan.cells(), gas_cells(plan), pore_cells(plan), node_cells(plan, threads));
+/// The lengths of columns that are private to a thread are multiples of this, so that one kernel serves plans of
+/// similar size. It exceeds [`MAX_INITIALISED_LENGTH`], as initialised columns of a few cells compile three times as
+/// long.
+const COLUMN_STEP: usize = 64;
+const _: () = assert!(COLUMN_STEP > MAX_INITIALISED_LENGTH as usize);
+
+/// Length of the columns for a plan, at most `most` unless the plan has more cells. Workgroup memory is scarce: there
+/// it is the number of cells.
+pub(super) fn column_cells(plan: &Plan, most: usize, threads: u32) -> usize {
+    let cells = plan.cells();
+    if threads == 1 { cells.next_multiple_of(COLUMN_STEP).min(most).max(cells) } else { cells }
+}
+
+/// Declarations of the column lengths, for a number of cells that may exceed that of the plan.
+pub(super) fn column_lengths(plan: &Plan, cells: usize, threads: u32) -> String {
+    let gas = if plan.gas.is_some() { cells } else { 1 };
+    let pores = if plan.gas == Some(GasFlowModel::Darcy) { cells } else { 1 };
+    let nodes = if looks_up_in_sweep(plan, threads) { 1 } else { cells };
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
          const NODE_CELLS = {nodes}u;\n"
@@ -145,7 +161,7 @@ pub(super) fn source_without_lengths(
     let has = |path| plan.gas == Some(path);
     let is = [
         ("TEXELS", texels),
-        ("PROPERTIES_IN_SWEEP", node_cells(plan, threads) == 1),
+        ("PROPERTIES_IN_SWEEP", looks_up_in_sweep(plan, threads)),
         ("GAS", plan.gas.is_some()),
         ("UNHINDERED", has(GasFlowModel::Instantaneous)),
         ("QUASI_STEADY", has(GasFlowModel::QuasiSteady)),
@@ -168,20 +184,11 @@ pub(super) fn source_without_lengths(
     text
 }
 
-/// Length of the columns of cell properties: one where a single thread marches a member whose plies have one tabulated
-/// state at one pressure level, as the properties are then looked up in the sweep.
-fn node_cells(plan: &Plan, threads: u32) -> usize {
+/// Whether properties are looked up in the sweep and have no columns: where a single thread marches a member whose
+/// plies have one tabulated state at one pressure level.
+fn looks_up_in_sweep(plan: &Plan, threads: u32) -> bool {
     let is_plain = plan.gas.is_none() && plan.pressure_levels == 1 && plan.plies.iter().all(|ply| ply.rows == 1);
-    if threads == 1 && is_plain { 1 } else { plan.cells() }
-}
-
-/// Length of the columns of gas, and of pore flow: one without them, as WGSL has no empty array.
-fn gas_cells(plan: &Plan) -> usize {
-    if plan.gas.is_some() { plan.cells() } else { 1 }
-}
-
-fn pore_cells(plan: &Plan) -> usize {
-    if plan.gas == Some(GasFlowModel::Darcy) { plan.cells() } else { 1 }
+    threads == 1 && is_plain
 }
 
 /// Loop iterations of one step, and of the code around the steps of a dispatch, in one thread: the count that some
@@ -309,16 +316,30 @@ mod tests {
             let coarse = plan.coarse.as_deref().expect("a plan has a coarse one");
             assert!((coarse.cells()..=2 * coarse.cells()).contains(&plan.cells()), "{}", folder.display());
             assert_eq!(text(coarse), text(&plan), "{}", folder.display());
-            assert_ne!(
-                column_lengths(coarse, 1),
-                column_lengths(&plan, 1),
-                "{}: equal column lengths",
-                folder.display()
-            );
             let mut other = plan.clone();
             other.pressure_levels += 1;
             assert_ne!(text(&other), text(&plan), "{}: same source with other tables", folder.display());
         }
+    }
+
+    /// The driver stores compiled kernels by their source, so that a later session need not compile.
+    #[test]
+    fn plans_of_similar_size_have_one_kernel() {
+        let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+        let mut case = Case::load(&cases.join("lcat-2259")).expect("a shipped case loads");
+        let mut lengths = |cells: usize| {
+            case.resolution.cells = cells;
+            let plan = Plan::new(&case);
+            (plan.cells(), column_lengths(&plan, column_cells(&plan, 1000, 1), 1))
+        };
+        let [(fewer, short), (more, long), (most, longest)] = [80, 120, 140].map(&mut lengths);
+        assert!(64 < fewer && fewer < more && more <= 128 && 128 < most, "{fewer}, {more} and {most} cells");
+        assert_eq!(short, long);
+        assert_ne!(longest, long);
+        let plan = Plan::new(&case);
+        assert_eq!(column_cells(&plan, most + 1, 1), most + 1, "more than a device can hold");
+        assert_eq!(column_cells(&plan, 100, 1), most, "fewer than the plan has");
+        assert_eq!(column_cells(&plan, 1000, 32), most, "in workgroup memory");
     }
 
     #[test]
