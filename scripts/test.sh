@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The full check of a change: format, lints, tests, documentation. Installs missing requirements of the tests: the
 # software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
-#   --all    also the slow parts: 300 random cases, 300 mutants of the kernels, 100,000 mutated inputs, 100 kills, 15
+#   --all    also the slow parts: kernels that compile slowly for every shipped case and not one of each kind, 300
+#            random cases, 300 mutants of the kernels and all their functions, 100,000 mutated inputs, 100 kills, 15
 #            races and 50 full disks, slow blocks and verification tables of the documentation, all cases, recipes and
 #            notebooks in Python, a Dask cluster whose workers are killed, a Slurm job array, ARM, Miri, more
 #            combinations of features

@@ -70,8 +70,8 @@ fn marched(case: &Case, precision: Precision, lanes: u32) -> [Marched; 2] {
     })
 }
 
-/// Shipped cases of each kind in double precision, and features that they lack: holder, contact and depth factors, unhindered
-/// gas; and one case of each kind in single precision. In two threads, as compiling takes longest.
+/// Shipped cases of each kind in double precision, and features that they lack: holder, contact and depth factors,
+/// unhindered gas; and one case of each kind in single precision. In two threads, as compiling takes longest.
 static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
     let every = cases_of_each_kind().into_iter().map(coarsened).chain([with_holder_and_held_face(), unhindered()]);
     let double = every.zip(THREADS_IN_TURN.into_iter().cycle()).map(|(case, lanes)| (case, Precision::F64, lanes));

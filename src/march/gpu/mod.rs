@@ -188,8 +188,8 @@ impl Gpu {
         Ok(&mut self.pipelines[place])
     }
 
-    /// Cells of the columns of a new kernel for a plan. With the runtime's checks every element is cleared by a store of
-    /// its own, which compiles for long: then no more than the plan has.
+    /// Cells of the columns of a new kernel for a plan. With the runtime's checks every element is cleared by a store
+    /// of its own, which compiles for long: then no more than the plan has.
     fn column_cells(&self, plan: &Plan, threads: u32) -> usize {
         if self.device.checks {
             return plan.cells();
