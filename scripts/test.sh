@@ -69,8 +69,8 @@ cargo fmt --check
 say 'lints'
 # With the Python package, so that every build below has the same features of dependencies, which are then built once.
 cargo clippy --profile work --workspace --all-targets -- -D warnings
-combinations=('' gpu serde)
-"$all" && combinations+=(report xlsx gpu,report)
+combinations=('')
+"$all" && combinations+=(gpu serde report xlsx gpu,report)
 for features in "${combinations[@]}"; do
     cargo clippy --profile work --lib --no-default-features --features "$features" -- -D warnings
 done

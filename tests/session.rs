@@ -9,8 +9,8 @@ use bondline::march::cpu::Cpu;
 use bondline::report::files::OutputFolder;
 use bondline::session::{
     BackendKind, CancelToken, Checkpoint, Derivatives, EstimateOptions, FitOptions, HistoryOptions, LogPart,
-    ObservationSelection, Options, PlyChoice, Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start,
-    StudyOptions, TradeOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
+    ObservationSelection, Options, PlanCache, PlyChoice, Progress, SensitivityOptions, Session, SessionError,
+    SizeOptions, Start, StudyOptions, TradeOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::sequential_sampling::PrecisionTarget;
 use serde_json::Value;
@@ -194,6 +194,31 @@ fn an_answer_does_not_depend_on_earlier_studies_or_on_the_number_of_threads() {
     assert_eq!(alone.predict().expect("a prediction").temperatures_k, before.temperatures_k);
     let backend = &alone.answers().expect("answers").backend;
     assert!(backend.name.starts_with("1 thread,"), "a pool of one thread: {}", backend.name);
+}
+
+/// Also those of the other cases of an estimate and of a comparison of models.
+#[test]
+fn a_second_session_takes_every_plan_of_a_study_from_the_cache() {
+    let scratch = Scratch::new("plan-cache");
+    let folder = scratch.path().join("plans");
+    let options = Options::default().backend(BackendKind::Cpu).plan_cache(PlanCache::new(&folder));
+    let answer = || {
+        let mut session = Session::open(case("lcat-2259"), &options).expect("the CPU is always available");
+        let fit = FitOptions { factors: vec!["f_k_INS".to_owned()], ..FitOptions::default() };
+        let estimate = EstimateOptions { other_cases: vec![case("lcat-2330")], fit, ..EstimateOptions::default() };
+        format!("{:?}", session.estimate(&estimate).expect("an estimate"))
+    };
+    let kept = || {
+        let mut files: Vec<_> = fs::read_dir(&folder).expect("a folder").map(|file| file.expect("a file")).collect();
+        files.sort_by_key(fs::DirEntry::file_name);
+        let modified = |file: &fs::DirEntry| file.metadata().and_then(|data| data.modified()).expect("a time");
+        files.iter().map(|file| (file.file_name(), modified(file))).collect::<Vec<_>>()
+    };
+    let first = answer();
+    let plans = kept();
+    assert_eq!(plans.len(), 2);
+    assert_eq!(answer(), first);
+    assert_eq!(kept(), plans, "a plan was adapted again");
 }
 
 /// A part as another process receives it.

@@ -1,7 +1,6 @@
 //! The design of an experiment.
 
-use super::{DesignOptions, ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, with_tolerance};
-use crate::adapt::adapt_monitored;
+use super::{DesignOptions, ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, adapted, with_tolerance};
 use crate::case::Case;
 use crate::march::March;
 use crate::study::experiment_design::{ExperimentDesign, design_experiment};
@@ -17,14 +16,14 @@ impl Session {
         let request = options.request(&self.case)?;
         self.run("design", self.case.clone(), ESTIMATE_MEMBERS, |study| {
             study.predict()?;
-            let RunningStudy { march, answers, tolerance_k, .. } = study;
-            let others = options.others.iter().map(|other| with_tolerance(other.clone(), *tolerance_k));
+            let RunningStudy { march, answers, options: of_session, .. } = study;
+            let others = options.others.iter().map(|other| with_tolerance(other.clone(), of_session.tolerance_k));
             answers.other_cases = others.collect();
             answers.other_cases.iter().for_each(|case| answers.run.add_files(case));
             let cases: Vec<Case> = std::iter::once(&answers.case).chain(&answers.other_cases).cloned().collect();
             let monitor = march.monitor();
             march.begin_sweep(cases.len() * request.members);
-            let found = design_experiment(&cases, *march, &request, &mut |case| adapt_monitored(case, &monitor))?;
+            let found = design_experiment(&cases, *march, &request, &mut |case| adapted(case, of_session, &monitor))?;
             answers.seed = Some(request.seed);
             answers.experiment_design = Some(found.clone());
             Ok(found)

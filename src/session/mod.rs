@@ -49,7 +49,7 @@ pub use sweep_merger::SweepMerger;
 use crate::adapt::adapt_monitored;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
-use crate::march::monitor::MonitoredMarch;
+use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::{Backend, March, MarchError, Precision, backend_selection, march_all};
 use crate::plan::Plan;
 #[cfg(feature = "report")]
@@ -146,7 +146,7 @@ impl Session {
         };
         let case = with_tolerance(case, options.tolerance_k);
         options.cancel.check()?;
-        let plan = in_pool(pool.as_ref(), || adapted(&case, options))?;
+        let plan = in_pool(pool.as_ref(), || adapted(&case, options, &options.monitor()))?;
         let plan_s = began.elapsed().as_secs_f64();
         let options = options.clone();
         let opening = OpeningTime::default();
@@ -544,26 +544,15 @@ impl Session {
         let opening = std::mem::take(&mut self.opening);
         let now = Instant::now();
         let began = now.checked_sub(opening.total).unwrap_or(now);
-        let (tolerance_k, command_line) = (self.options.tolerance_k, self.options.command_line.clone());
-        let depth_profiles = self.depth_profiles.clone();
-        #[cfg(feature = "serde")]
-        let checkpoint = self.options.checkpoint.clone();
+        let (options, depth_profiles) = (self.options.clone(), self.depth_profiles.clone());
         let (answer, answers) = self.with_march(members, self.options.precision, |plan, march| {
             let start = Instant::now();
             let seconds = Timing { plan_s: opening.plan_s, march_s: 0.0, other_s: 0.0, start: began };
             let backend = march.backend();
-            let mut run = RunRecord::new(command_line, &backend, rayon::current_num_threads());
+            let mut run = RunRecord::new(options.command_line.clone(), &backend, rayon::current_num_threads());
             run.add_files(&case);
             let answers = Answers::new(command, case, backend, seconds, run);
-            let mut study = RunningStudy {
-                plan,
-                march,
-                tolerance_k,
-                depth_profiles,
-                #[cfg(feature = "serde")]
-                checkpoint,
-                answers,
-            };
+            let mut study = RunningStudy { plan, march, options, depth_profiles, answers };
             let answer = work(&mut study)?;
             let RunningStudy { march, mut answers, .. } = study;
             let (study_s, march_s) = (start.elapsed().as_secs_f64(), march.seconds());
@@ -605,12 +594,12 @@ impl Session {
 
 /// The plan of a case: kept by an earlier session, or adapted now.
 #[cfg(feature = "serde")]
-fn adapted(case: &Case, options: &Options) -> Result<Plan, MarchError> {
+fn adapted(case: &Case, options: &Options, monitor: &Monitor) -> Result<Plan, MarchError> {
     let cache = options.plan_cache.as_ref().filter(|_| case.resolution.tolerance_k.is_some());
     if let Some(plan) = cache.and_then(|cache| cache.find(case)) {
         return Ok(plan);
     }
-    let plan = adapt_monitored(case, &options.monitor())?;
+    let plan = adapt_monitored(case, monitor)?;
     if let Some(cache) = cache {
         cache.keep(case, &plan);
     }
@@ -618,8 +607,8 @@ fn adapted(case: &Case, options: &Options) -> Result<Plan, MarchError> {
 }
 
 #[cfg(not(feature = "serde"))]
-fn adapted(case: &Case, options: &Options) -> Result<Plan, MarchError> {
-    adapt_monitored(case, &options.monitor())
+fn adapted(case: &Case, _options: &Options, monitor: &Monitor) -> Result<Plan, MarchError> {
+    adapt_monitored(case, monitor)
 }
 
 /// A case with the tolerance of the session, if it has one.

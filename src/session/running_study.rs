@@ -1,11 +1,11 @@
 //! A study while it runs: its plan, its march and the answers so far.
 
 #[cfg(feature = "serde")]
-use super::checkpoint::{Checkpoint, ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
+use super::checkpoint::{ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
 use super::{
-    Answers, FitOptions, MembersCallback, SensitivityOptions, SessionError, UncertaintyOptions, with_tolerance,
+    Answers, FitOptions, MembersCallback, Options, SensitivityOptions, SessionError, UncertaintyOptions, adapted,
+    with_tolerance,
 };
-use crate::adapt::adapt_monitored;
 use crate::case::Case;
 use crate::march::monitor::MonitoredMarch;
 use crate::march::{March, MarchError};
@@ -40,10 +40,8 @@ use std::path::PathBuf;
 pub(super) struct RunningStudy<'a> {
     pub(super) plan: &'a Plan,
     pub(super) march: &'a mut MonitoredMarch,
-    pub(super) tolerance_k: Option<f64>,
+    pub(super) options: Options,
     pub(super) depth_profiles: Option<ProfileInstants>,
-    #[cfg(feature = "serde")]
-    pub(super) checkpoint: Option<Checkpoint>,
     pub(super) answers: Answers,
 }
 
@@ -147,7 +145,7 @@ impl RunningStudy<'_> {
         part: &Range<usize>,
         empty: &SweepStatistics,
     ) -> Option<SweepKeeper> {
-        let checkpoint = self.checkpoint.clone().filter(|_| nominal.status == MemberStatus::Completed)?;
+        let checkpoint = self.options.checkpoint.clone().filter(|_| nominal.status == MemberStatus::Completed)?;
         let case = &self.answers.case;
         let path = case.input_files().first().map_or_else(PathBuf::new, |file| PathBuf::from(&file.path));
         let mark = CaseIdentity { id: case.id.clone(), path, sets: Vec::new(), fingerprint: fingerprint(case) };
@@ -165,7 +163,7 @@ impl RunningStudy<'_> {
         options: &str,
         size: (usize, Option<usize>),
     ) -> Result<Option<RowKeeper>, SessionError> {
-        let Some(checkpoint) = self.checkpoint.clone() else { return Ok(None) };
+        let Some(checkpoint) = self.options.checkpoint.clone() else { return Ok(None) };
         RowKeeper::open(checkpoint, files, self.log_head(options, size)).map(Some)
     }
 
@@ -187,13 +185,15 @@ impl RunningStudy<'_> {
     /// Further cases of an estimate.
     pub(super) fn add_other_cases(&mut self, others: Vec<Case>) {
         others.iter().for_each(|case| self.answers.run.add_files(case));
-        self.answers.other_cases = others.into_iter().map(|other| with_tolerance(other, self.tolerance_k)).collect();
+        self.answers.other_cases =
+            others.into_iter().map(|other| with_tolerance(other, self.options.tolerance_k)).collect();
     }
 
     /// The plans of the further cases.
     pub(super) fn other_plans(&self) -> Result<Vec<Plan>, SessionError> {
         let monitor = self.march.monitor();
-        Ok(self.answers.other_cases.iter().map(|other| adapt_monitored(other, &monitor)).collect::<Result<_, _>>()?)
+        let adapt = |other: &Case| adapted(other, &self.options, &monitor);
+        Ok(self.answers.other_cases.iter().map(adapt).collect::<Result<_, _>>()?)
     }
 
     pub(super) fn estimate<L: WorkLog>(
@@ -251,8 +251,9 @@ impl RunningStudy<'_> {
         found: &ParameterEstimates,
     ) -> Result<(), SessionError> {
         let Some(first) = found.fitted.first() else { return Ok(()) };
-        let (search, other) = (fit.search(self.march.backend().precision), with_tolerance(other, self.tolerance_k));
-        let plan = adapt_monitored(&other, &self.march.monitor())?;
+        let (search, other) =
+            (fit.search(self.march.backend().precision), with_tolerance(other, self.options.tolerance_k));
+        let plan = adapted(&other, &self.options, &self.march.monitor())?;
         self.answers.model_comparison =
             Some(compare_models((&self.answers.case, first), (&other, &plan), self.march, &search)?);
         Ok(())
