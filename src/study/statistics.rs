@@ -26,6 +26,7 @@ pub use sensitivity_indices::SensitivityIndices;
 
 use crate::ensemble::Marginal;
 use basis::Basis;
+use histogram::CarriedRows;
 use nalgebra::DMatrix;
 use output::{FactorDeviations, OutputSums};
 use rayon::prelude::*;
@@ -51,6 +52,9 @@ const MIN_CHUNK: usize = 32;
 const CHUNKS_PER_THREAD: usize = 4;
 /// Members per matrix product.
 pub const BLOCK: usize = 1024;
+const _: () = assert!(GRADE_QUANTA as u64 * (BLOCK as u64) < 1 << 32, "a sum of grades over a block would overflow");
+/// Members whose outputs are read together.
+const ROWS: usize = 8;
 
 /// Largest sum over a block: largest output in coarse quanta times largest function.
 const MAX_BLOCK_SUM: f64 =
@@ -155,16 +159,17 @@ impl Accumulator {
             rows.iter().map(move |row| round_half_away((row[factor] - marginals[factor].nominal) * FACTOR_QUANTA))
         };
         let grade =
-            |(value, marginal): (&f64, &Marginal)| round_half_away(marginal.cumulative(*value) * GRADE_QUANTA) as u64;
+            |(value, marginal): (&f64, &Marginal)| round_half_away(marginal.cumulative(*value) * GRADE_QUANTA) as u32;
         let grades = |row: &&[f64]| row.iter().zip(marginals).map(grade).collect();
+        let grades: Vec<Vec<u32>> = rows.par_iter().map(grades).collect();
         let shifts = FactorDeviations {
             quanta: (0..marginals.len()).flat_map(quanta).collect(),
-            grades: rows.par_iter().map(grades).collect::<Vec<Vec<u64>>>().concat(),
+            grades: CarriedRows::new(marginals.len(), grades.into_iter()),
         };
         for (sums, quanta) in self.factors.iter_mut().zip(shifts.quanta.chunks(rows.len())) {
             sums.add(quanta);
         }
-        for member in shifts.grades.chunks(marginals.len().max(1)) {
+        for member in shifts.grades.rows() {
             for (sums, &grade) in self.grades.iter_mut().zip(member) {
                 sums[0] += i128::from(grade);
                 for (sum, &other) in sums[1..].iter_mut().zip(member) {
@@ -284,7 +289,8 @@ impl Accumulator {
 
 /// Add some outputs of members, one row per member.
 ///
-/// Rows are far apart in memory, so each is read once before its outputs are processed.
+/// Rows are far apart in memory, so each is read once, several together: one output of these members is then one line
+/// of the cache.
 fn add_outputs<'a>(
     tallied: &mut [OutputSums],
     reference: &[f64],
@@ -292,21 +298,24 @@ fn add_outputs<'a>(
     shifts: &FactorDeviations,
     functions: &DMatrix<f64>,
 ) {
+    let rows: Vec<&[f64]> = rows.collect();
     let members = rows.len();
-    let mut quanta = Vec::with_capacity(members * tallied.len());
-    for row in rows {
-        for ((output, value), reference) in tallied.iter_mut().zip(row).zip(reference) {
-            output.extend_extremes(*value);
-            quanta.push(round_half_away((value - reference) * OUTPUT_QUANTA));
+    // Output × member.
+    let mut quanta = vec![0; members * tallied.len()];
+    for (rows, first) in rows.chunks(ROWS).zip((0..).step_by(ROWS)) {
+        for (column, (output, reference)) in tallied.iter_mut().zip(reference).enumerate() {
+            output.extend_extremes(rows.iter().map(|row| row[column]));
+            let quanta = &mut quanta[column * members + first..][..rows.len()];
+            for (quanta, row) in quanta.iter_mut().zip(rows) {
+                *quanta = round_half_away((row[column] - reference) * OUTPUT_QUANTA);
+            }
         }
     }
     let mut coarse = DMatrix::zeros(members, tallied.len());
-    let mut own = Vec::with_capacity(members);
-    for (column, (output, mut coarse)) in tallied.iter_mut().zip(coarse.column_iter_mut()).enumerate() {
-        own.clear();
-        own.extend(quanta.iter().skip(column).step_by(reference.len()));
-        output.add(&own, shifts);
-        for (coarse, quanta) in coarse.iter_mut().zip(&own) {
+    let columns = coarse.column_iter_mut().zip(quanta.chunks_exact(members));
+    for (output, (mut coarse, quanta)) in tallied.iter_mut().zip(columns) {
+        output.add(quanta, shifts);
+        for (coarse, quanta) in coarse.iter_mut().zip(quanta) {
             *coarse = ((quanta + (1 << (COARSE_LOG2 - 1))) >> COARSE_LOG2) as f64;
         }
     }

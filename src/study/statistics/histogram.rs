@@ -6,6 +6,38 @@
 //!
 //! Values may carry further numbers, which are summed per bin.
 
+/// Words that are added at once: one vector.
+const WORDS: usize = 4;
+
+/// Rows of numbers that values carry: a one for the count, the numbers, and zeros up to a whole vector.
+pub(super) struct CarriedRows {
+    numbers: usize,
+    words: Vec<u32>,
+}
+
+impl CarriedRows {
+    /// From numbers, value × number.
+    pub(super) fn new(numbers: usize, rows: impl Iterator<Item = Vec<u32>>) -> Self {
+        let mut carried = Self { numbers, words: Vec::new() };
+        let width = carried.width();
+        for row in rows {
+            carried.words.push(1);
+            carried.words.extend(row);
+            carried.words.resize(carried.words.len().next_multiple_of(width), 0);
+        }
+        carried
+    }
+
+    /// The numbers of each value.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &[u32]> {
+        self.words.chunks_exact(self.width()).map(|row| &row[1..=self.numbers])
+    }
+
+    fn width(&self) -> usize {
+        (1 + self.numbers).next_multiple_of(WORDS)
+    }
+}
+
 /// Counts per bin, from the lowest occupied bin to the highest.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Histogram {
@@ -25,17 +57,34 @@ impl Histogram {
         Self { bins_max, columns: 1 + carried, width_log2: 0, lowest: 0, counts: Vec::new() }
     }
 
-    /// Add values with their carried numbers, value × number.
-    pub(super) fn add(&mut self, values: &[i64], carried: &[u64]) {
-        let (Some(&lowest), Some(&highest)) = (values.iter().min(), values.iter().max()) else { return };
-        self.extend_to(lowest);
-        self.extend_to(highest);
-        let mut carried = carried.chunks((self.columns - 1).max(1));
+    /// Add values that carry no numbers.
+    pub(super) fn add(&mut self, values: &[i64]) {
+        debug_assert_eq!(self.columns, 1, "the values carry numbers");
+        self.extend_over(values);
         for &value in values {
-            let bin = self.bin(value);
-            bin[0] += 1;
-            for (sum, more) in bin[1..].iter_mut().zip(carried.next().unwrap_or_default()) {
-                *sum += more;
+            self.bin(value)[0] += 1;
+        }
+    }
+
+    /// Add values with the rows of their numbers. The sums over all values are below 2³², so that four are added at
+    /// once.
+    pub(super) fn add_carrying(&mut self, values: &[i64], carried: &CarriedRows) {
+        debug_assert_eq!(self.columns, 1 + carried.numbers, "the values carry other numbers");
+        self.extend_over(values);
+        let width = carried.width();
+        let mut sums = vec![0u32; self.bins().len() * width];
+        for (&value, row) in values.iter().zip(carried.words.chunks_exact(width)) {
+            let place = ((value >> self.width_log2) - self.lowest) as usize * width;
+            let sums = &mut sums[place..place + width];
+            for (sums, words) in sums.chunks_exact_mut(WORDS).zip(row.chunks_exact(WORDS)) {
+                for (sum, word) in sums.iter_mut().zip(words) {
+                    *sum += word;
+                }
+            }
+        }
+        for (counts, sums) in self.counts.chunks_exact_mut(self.columns).zip(sums.chunks_exact(width)) {
+            for (count, &sum) in counts.iter_mut().zip(sums) {
+                *count += u64::from(sum);
             }
         }
     }
@@ -102,6 +151,14 @@ impl Histogram {
         &mut self.counts[place..place + self.columns]
     }
 
+    /// Extend the range to contain all values.
+    fn extend_over(&mut self, values: &[i64]) {
+        if let (Some(&lowest), Some(&highest)) = (values.iter().min(), values.iter().max()) {
+            self.extend_to(lowest);
+            self.extend_to(highest);
+        }
+    }
+
     /// Extend the range to contain a value.
     fn extend_to(&mut self, quanta: i64) {
         if self.counts.is_empty() {
@@ -149,10 +206,14 @@ mod tests {
 
     const BINS_MAX: i64 = 1024;
 
+    fn last_digits(values: impl IntoIterator<Item = i64>) -> CarriedRows {
+        CarriedRows::new(1, values.into_iter().map(|value| vec![(value.unsigned_abs() % 10) as u32]))
+    }
+
     /// A histogram of values that carry their last digit.
     fn of(values: impl IntoIterator<Item = i64>) -> Histogram {
         let mut histogram = Histogram::new(BINS_MAX, 1);
-        values.into_iter().for_each(|value| histogram.add(&[value], &[value.unsigned_abs() % 10]));
+        values.into_iter().for_each(|value| histogram.add_carrying(&[value], &last_digits([value])));
         histogram
     }
 
@@ -165,10 +226,8 @@ mod tests {
     fn a_histogram_depends_neither_on_the_order_of_values_nor_on_merging() {
         let whole = of(widening());
         assert_eq!(whole, of(widening().rev()));
-        let (values, carried): (Vec<i64>, Vec<u64>) =
-            widening().map(|value| (value, value.unsigned_abs() % 10)).unzip();
         let mut together = Histogram::new(BINS_MAX, 1);
-        together.add(&values, &carried);
+        together.add_carrying(&widening().collect::<Vec<_>>(), &last_digits(widening()));
         assert_eq!(together, whole, "all at once");
         for parted in [1, 10, 3990] {
             let (mut first, last) = (of(widening().take(parted)), of(widening().skip(parted)));

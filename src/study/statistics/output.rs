@@ -1,6 +1,6 @@
 //! Accumulated sums of one output: a temperature at an instant, a peak, or a time.
 
-use super::histogram::Histogram;
+use super::histogram::{CarriedRows, Histogram};
 use super::sums::{Sums, sum_of_products};
 
 /// Bins for percentiles.
@@ -33,8 +33,8 @@ pub(super) fn max_bytes(factors: usize, functions: usize) -> f64 {
 pub(super) struct FactorDeviations {
     /// Deviations in quanta, factor × member.
     pub(super) quanta: Vec<i64>,
-    /// Grades, member × factor.
-    pub(super) grades: Vec<u64>,
+    /// The grades of each member.
+    pub(super) grades: CarriedRows,
 }
 
 impl OutputSums {
@@ -51,10 +51,10 @@ impl OutputSums {
         }
     }
 
-    /// Extend the extremes to a value.
-    pub(super) fn extend_extremes(&mut self, value: f64) {
-        self.min = self.min.min(value);
-        self.max = self.max.max(value);
+    /// Extend the extremes to values.
+    pub(super) fn extend_extremes(&mut self, values: impl Iterator<Item = f64>) {
+        let extremes = (self.min, self.max);
+        (self.min, self.max) = values.fold(extremes, |(min, max), value| (min.min(value), max.max(value)));
     }
 
     /// Add values in quanta from their reference; the moments are added separately for all outputs. Many values at
@@ -64,8 +64,8 @@ impl OutputSums {
         for (crossed, factor) in self.cross_products.iter_mut().zip(shifts.quanta.chunks(quanta.len())) {
             *crossed += sum_of_products(factor, quanta);
         }
-        self.histogram.add(quanta, &[]);
-        self.rank_histogram.add(quanta, &shifts.grades);
+        self.histogram.add(quanta);
+        self.rank_histogram.add_carrying(quanta, &shifts.grades);
     }
 
     /// Add the sums of another.
