@@ -31,8 +31,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
             let here = degree_of_conversion(p, density);
             let node_m = depth_m + cells[i].above_m;
-            let is_other = p == 0u || plan.plies[p].table != plan.plies[max(p, 1u) - 1u].table;
-            let jumps = is_other && i == plan.plies[p].first_cell;
+            let jumps = i == plan.plies[p].first_cell && plan.plies[p].same_material_above == 0u;
             let upper_m = select(before_m, depth_m, jumps);
             let lower_m = select(node_m, depth_m, jumps);
             let fall = Crossing(before, upper_m, here, lower_m);

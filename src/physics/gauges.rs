@@ -48,7 +48,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let here = degree_of_conversion(density, self.scales.plies[p]);
                 let node_m = depth_m + R::splat(self.rows.cells[i].above_m);
                 // Conversion jumps between materials: a front between their nodes lies on the interface.
-                let jumps = i == ply.first_cell as usize && (p == 0 || ply.table != self.plan.plies[p - 1].table);
+                let jumps = i == ply.first_cell as usize && ply.same_material_above == 0;
                 let [upper_m, lower_m] = if jumps { [depth_m, depth_m] } else { [before_m, node_m] };
                 let fall = Crossing { upper: before, upper_m, lower: here, lower_m };
                 virgin = deepest_crossing(virgin, fall, R::from_f64(VIRGIN_CONVERSION));

@@ -144,6 +144,8 @@ rows! {
         /// Conductivity columns that the factors need separately: see
         /// [`Plan::conductivity_parts`](super::Plan::conductivity_parts).
         parts,
+        /// 1 where the ply above is of the same material, else 0.
+        same_material_above,
         first_state,
         first_reaction,
         end_reaction,

@@ -9,6 +9,7 @@ use crate::case::{Case, Material, MixtureRule, Pores, Property, PyrolysisHeat, R
 /// The ply rows, given the cell range and the table offset of each ply.
 pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)], tables: &[usize], parts: usize) -> Vec<Ply<u32>> {
     let (mut state, mut reaction) = (0, 0);
+    let mut above: Option<&str> = None;
     let cut = case.layup.plies.iter().zip(cells).zip(tables);
     cut.map(|((ply, &(first, end)), &table)| {
         let of = |property| factor_column(case, &ply.name, property);
@@ -21,6 +22,7 @@ pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)], tables: &[usize], 
             states: states as u32,
             rows: tabulated_states(&ply.material) as u32,
             parts: conductivity_parts_of(case, ply) as u32,
+            same_material_above: u32::from(above == Some(&ply.material.id)),
             first_state: state as u32,
             first_reaction: reaction as u32,
             end_reaction: (reaction + reactions) as u32,
@@ -36,6 +38,7 @@ pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)], tables: &[usize], 
             contact: of(Property::ContactConductance),
         };
         (state, reaction) = (state + states, reaction + reactions);
+        above = Some(&ply.material.id);
         row
     })
     .collect()

@@ -48,8 +48,8 @@ const MAX_FACTOR_DEVIATION: f64 = (1u64 << 10) as f64;
 /// Smallest number of outputs or functions per task: with fewer, preparing a matrix product takes longer than the
 /// product.
 const MIN_CHUNK: usize = 32;
-/// Tasks per thread, for load balance.
-const CHUNKS_PER_THREAD: usize = 4;
+/// Tasks per thread, for load balance. Each task packs the functions anew for its matrix product.
+const CHUNKS_PER_THREAD: usize = 2;
 /// Members per matrix product.
 pub const BLOCK: usize = 1024;
 const _: () = assert!(GRADE_QUANTA as u64 * (BLOCK as u64) < 1 << 32, "a sum of grades over a block would overflow");
@@ -185,12 +185,11 @@ impl Accumulator {
         let mut functions = DMatrix::zeros(self.basis.len(), rows.len());
         let members = functions.as_mut_slice().par_chunks_mut(self.basis.len()).zip(rows);
         members.for_each(|(functions, row)| self.basis.evaluate(row, functions));
-        let turned = functions.transpose();
         let each = chunk_len(self.basis.len());
         self.gram.par_chunks_mut(each).enumerate().for_each(|(stretch, sums)| {
             let first = stretch * each;
             let up_to = functions.rows(0, first + sums.len());
-            let products = up_to * turned.columns(first, sums.len());
+            let products = up_to * functions.rows(first, sums.len()).transpose();
             for (sums, products) in sums.iter_mut().zip(products.column_iter()) {
                 add_integers(sums, products.iter());
             }
