@@ -39,9 +39,8 @@ def case(plies=4, cells=64, sensors=2, factors=4, steps=200, rows=3):
     for factor in range(factors):
         lines.append(f'[[factor]]\nname = "f{factor}"\ngroup = "P{factor}"\nproperty = "conductivity"')
         lines.append("small = [0.9, 1.1]\nlarge = [0.8, 1.2]")
-    fluxes = (
-        f"{DURATION_S * row / (rows - 1)!r},{row / (rows - 1) * (3 + math.sin(20 * row / rows))!r}" for row in range(rows)
-    )
+    shares = [row / (rows - 1) for row in range(rows)]
+    fluxes = (f"{DURATION_S * share!r},{share * (3 + math.sin(20 * share))!r}" for share in shares)
     return {"case.toml": "\n".join(lines) + "\n", "flux.csv": "\n".join(["time_s,flux_w_cm2", *fluxes]) + "\n"}
 
 

@@ -1,14 +1,15 @@
 //! Factors on the conductivity of single states, and their estimation from temperatures.
 
-use crate::support::{DOUBLE_K, PATO_K, case, modified};
+use crate::support::{DOUBLE_K, PATO_K, case, modified, with_factor};
 use bondline::adapt::adapt;
-use bondline::case::{Case, EstimationSettings, Factor, Table};
+use bondline::case::{Case, EstimationSettings, Factor, Property, Table};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
 use bondline::study::estimate::{ParameterEstimates, SearchOptions, estimate};
+use bondline::traces::Gauge;
 use std::sync::Arc;
 
 /// Temperatures of the two-state slab with these factors and values.
@@ -70,6 +71,28 @@ fn a_char_that_is_a_multiple_of_the_virgin_material_equals_one_with_table_rows()
         max_difference_k > 100.0 * DOUBLE_K,
         "a larger heat capacity changes temperatures by only {max_difference_k} K"
     );
+}
+
+/// A factor on a part of the conductivity of one ply gives it table rows of its own.
+#[test]
+fn a_front_passes_between_plies_of_one_material_of_which_one_has_a_factor() {
+    const INTERFACE_M: f64 = 4.02e-3;
+    let case = modified(&case("lcat-2259-pyrolysis"), |case| {
+        (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
+    });
+    let fronts_m = |case: &Case| {
+        let (plan, nominal) = (Plan::new(case), Ensemble::nominal(case.factors()));
+        let traces = Cpu::new(Precision::F64).march(&plan, &nominal, 0..1).expect("the processor does not fail");
+        (plan, traces.gauge(0, Gauge::VirginFront).expect("gas has gauges").to_vec())
+    };
+    let [(plan, alike_m), (other_plan, factored_m)] =
+        [case.clone(), with_factor(&case, "INS1", Property::ConductivityRadiative)].map(|case| fronts_m(&case));
+    assert_eq!(plan.plies[2].table, plan.plies[3].table);
+    assert_ne!(other_plan.plies[2].table, other_plan.plies[3].table);
+    let near = |front_m: &&f64| (*front_m - INTERFACE_M).abs() < 1e-4;
+    assert!(alike_m.iter().filter(near).count() > 0, "the front does not pass the interface: {alike_m:?}");
+    let off_m = alike_m.iter().zip(&factored_m).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off_m < 1e-9, "{off_m:.1e} m: {alike_m:?} and {factored_m:?}");
 }
 
 /// Estimate of a case as the command makes it, and the root mean square of all residuals, K.
