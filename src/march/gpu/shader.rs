@@ -92,8 +92,7 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, threads: u32, ent
 }
 
 /// The lengths of columns that are private to a thread are multiples of this, so that one kernel serves plans of
-/// similar size. It exceeds [`MAX_INITIALISED_LENGTH`], as initialised columns of a few cells compile three times as
-/// long.
+/// similar size. It exceeds [`MAX_INITIALISED_LENGTH`], as initialised columns of a few cells compile twice as long.
 const COLUMN_STEP: usize = 64;
 const _: () = assert!(COLUMN_STEP > MAX_INITIALISED_LENGTH as usize);
 
