@@ -143,11 +143,11 @@ impl March for Cpu {
         Backend { name, kind: "cpu", driver: None, precision: self.precision }
     }
 
-    /// Traces of about 8 MiB, so that progress is reported often and memory stays small; but at least four SIMD groups
+    /// Traces of about 6 MiB, so that progress is reported often and memory stays small; but at least four SIMD groups
     /// a thread, so that threads seldom wait for the last group.
     fn capacity(&self, plan: &Plan) -> usize {
         let reals = (plan.sensor_locations.len() + plan.gauges()) * plan.records;
-        (1024 * 1024 / reals.max(1)).min(4096).max(4 * MAX_LANES * self.threads)
+        (768 * 1024 / reals.max(1)).min(4096).max(4 * MAX_LANES * self.threads)
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {

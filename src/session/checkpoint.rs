@@ -139,11 +139,11 @@ impl Checkpoint {
     }
 
     /// Write a file that counts the rows of the journals, after these are on the disk.
-    fn write(&self, name: &str, text: &str) -> io::Result<()> {
+    fn write(&self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let partial = self.folder.join(format!("{name}.partial"));
         let mut file = File::create(&partial)?;
-        file.write_all(text.as_bytes())?;
+        content(&mut file)?;
         file.sync_all()?;
         self.sync_journals()?;
         fs::rename(partial, self.folder.join(name))
@@ -183,12 +183,12 @@ impl Keeper {
         self.last.elapsed() >= self.checkpoint.interval.max(MAX_TIME_SHARE * self.last_took)
     }
 
-    fn keep(&mut self, name: &str, text: impl FnOnce() -> String) {
+    fn keep(&mut self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) {
         if self.error.is_some() {
             return;
         }
         let start = Instant::now();
-        if let Err(error) = self.checkpoint.write(name, &text()) {
+        if let Err(error) = self.checkpoint.write(name, content) {
             self.fail(error);
         }
         (self.last, self.last_took) = (Instant::now(), start.elapsed());
@@ -255,7 +255,7 @@ impl SweepKeeper {
 
     /// Keep the members now.
     pub(super) fn keep(&mut self, statistics: &SweepStatistics) {
-        self.keeper.keep(SWEEP, || self.empty.with_statistics(statistics).to_json());
+        self.keeper.keep(SWEEP, |file| self.empty.write_with_statistics(statistics, file));
     }
 
     /// The first error.
@@ -314,7 +314,7 @@ impl RowKeeper {
             return;
         }
         match self.journal.commit() {
-            Ok(()) => self.keeper.keep(self.files.head, || self.head.to_json()),
+            Ok(()) => self.keeper.keep(self.files.head, |file| file.write_all(self.head.to_json().as_bytes())),
             Err(error) => self.keeper.fail(error),
         }
     }
@@ -364,10 +364,10 @@ mod tests {
     fn a_file_that_counts_rows_is_not_named_before_they_are_on_the_disk() {
         let folder = std::env::temp_dir().join(format!("bondline-sync-{}", std::process::id()));
         let checkpoint = Checkpoint::new(&folder);
-        checkpoint.write(SWEEP, "0").expect("a folder without journals");
+        checkpoint.write(SWEEP, |file| file.write_all(b"0")).expect("a folder without journals");
         // A folder cannot be synchronised as a file is.
         fs::create_dir(folder.join("members.rows")).expect("a folder of this test");
-        let refused = checkpoint.write(SWEEP, "1");
+        let refused = checkpoint.write(SWEEP, |file| file.write_all(b"1"));
         let kept = fs::read_to_string(folder.join(SWEEP)).expect("the first file");
         fs::remove_dir_all(&folder).expect("a folder of this test");
         assert!(refused.is_err());

@@ -1,7 +1,7 @@
 //! Checksums of files: XXH3 of 128 bits. They detect damage, not tampering.
 
 use serde::Serialize;
-use std::io;
+use std::io::{self, BufWriter, Cursor, Seek, SeekFrom, Write};
 use twox_hash::xxhash3_128::Hasher;
 
 /// A checksum of bytes that are added piece by piece.
@@ -25,7 +25,7 @@ impl Checksum {
     }
 }
 
-impl io::Write for Checksum {
+impl Write for Checksum {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.add(bytes);
         Ok(bytes.len())
@@ -41,15 +41,45 @@ const CHECKSUM: &str = "{\"checksum\":\"";
 const CONTENT: &str = "\",\"content\":";
 const END: &str = "}\n";
 
-/// The text of a file: a JSON object of the checksum of a content, and the content.
+/// Adds what it writes to a checksum.
+struct Summing<W> {
+    writer: W,
+    checksum: Checksum,
+}
+
+impl<W: Write> Write for Summing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.writer.write(bytes)?;
+        self.checksum.add(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+/// Write a JSON object of the checksum of a content, and the content. The checksum goes to its place afterwards, so
+/// that the text is not in memory.
+///
+/// # Errors
+/// When it cannot be written.
+pub(crate) fn write_sealed(file: impl Write + Seek, content: &impl Serialize) -> io::Result<()> {
+    let mut writer = BufWriter::new(file);
+    write!(writer, "{CHECKSUM}{:032}{CONTENT}", 0)?;
+    let mut summing = Summing { writer: &mut writer, checksum: Checksum::default() };
+    serde_json::to_writer(&mut summing, content)?;
+    let checksum = summing.checksum.to_hex();
+    writer.write_all(END.as_bytes())?;
+    writer.seek(SeekFrom::Start(CHECKSUM.len() as u64))?;
+    writer.write_all(checksum.as_bytes())?;
+    writer.flush()
+}
+
+/// The text of [`write_sealed`].
 pub(crate) fn sealed(content: &impl Serialize) -> String {
-    // The checksum goes to its place afterwards, so that the content is in memory once.
-    let mut text = format!("{CHECKSUM}{:032}{CONTENT}", 0).into_bytes();
-    let start = text.len();
-    serde_json::to_writer(&mut text, content).expect("numbers, texts and maps of whole numbers can be written");
-    let checksum = Checksum::of(&text[start..]);
-    text[CHECKSUM.len()..][..checksum.len()].copy_from_slice(checksum.as_bytes());
-    text.extend(END.as_bytes());
+    let mut text = Vec::new();
+    write_sealed(Cursor::new(&mut text), content).expect("numbers, texts and maps of whole numbers can be written");
     String::from_utf8(text).expect("JSON is UTF-8")
 }
 

@@ -299,22 +299,23 @@ fn add_outputs<'a>(
 ) {
     let rows: Vec<&[f64]> = rows.collect();
     let members = rows.len();
-    // Output × member.
-    let mut quanta = vec![0; members * tallied.len()];
+    // Member × output: quanta, and then coarse quanta.
+    let mut coarse = DMatrix::zeros(members, tallied.len());
     for (rows, first) in rows.chunks(ROWS).zip((0..).step_by(ROWS)) {
         for (column, (output, reference)) in tallied.iter_mut().zip(reference).enumerate() {
             output.extend_extremes(rows.iter().map(|row| row[column]));
-            let quanta = &mut quanta[column * members + first..][..rows.len()];
+            let quanta = &mut coarse.as_mut_slice()[column * members + first..][..rows.len()];
             for (quanta, row) in quanta.iter_mut().zip(rows) {
-                *quanta = round_half_away((row[column] - reference) * OUTPUT_QUANTA);
+                *quanta = round_half_away((row[column] - reference) * OUTPUT_QUANTA) as f64;
             }
         }
     }
-    let mut coarse = DMatrix::zeros(members, tallied.len());
-    let columns = coarse.column_iter_mut().zip(quanta.chunks_exact(members));
-    for (output, (mut coarse, quanta)) in tallied.iter_mut().zip(columns) {
-        output.add(quanta, shifts);
-        for (coarse, quanta) in coarse.iter_mut().zip(quanta) {
+    let mut quanta = Vec::with_capacity(members);
+    for (output, mut coarse) in tallied.iter_mut().zip(coarse.column_iter_mut()) {
+        quanta.clear();
+        quanta.extend(coarse.iter().map(|&quanta| quanta as i64));
+        output.add(&quanta, shifts);
+        for (coarse, quanta) in coarse.iter_mut().zip(&quanta) {
             *coarse = ((quanta + (1 << (COARSE_LOG2 - 1))) >> COARSE_LOG2) as f64;
         }
     }

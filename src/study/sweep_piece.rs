@@ -5,7 +5,7 @@
 //! [`Accumulator::to_integers`](crate::study::statistics::Accumulator::to_integers); floating-point numbers survive to
 //! the bit. The text of the piece follows its checksum.
 
-use super::checksum::{Checksum, sealed, unsealed};
+use super::checksum::{Checksum, sealed, unsealed, write_sealed};
 use super::margins::MarginSamples;
 use super::nominal::Prediction;
 use super::run_record::RunRecord;
@@ -15,15 +15,16 @@ use crate::case::{Case, InputFile, unreadable_file_message};
 use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::march;
 use crate::traces::{Balance, MemberStatus, Traces};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
+use std::io::{self, Seek, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Content of a piece file.
+/// Content of a piece file, with the accumulators as integers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Piece {
+pub struct Piece<N = Vec<i128>> {
     /// When, by which version and command, and from which files it was made.
     pub run: RunRecord,
     /// The case that was marched.
@@ -39,11 +40,20 @@ pub struct Piece {
     pub equal_pieces: Option<usize>,
     failures: Vec<FailureRecord>,
     nominal: NominalRecord,
-    numbers: Vec<i128>,
+    numbers: N,
     /// Stored traces of those of the first members of the sweep that are in this piece.
     kept: BTreeMap<usize, Vec<i32>>,
     #[serde(default, skip_serializing_if = "MarginSamples::is_empty")]
     margins: MarginSamples,
+}
+
+/// The accumulators of statistics, which are integers when written: as many as the statistics have bytes.
+struct Gathered<'a>(&'a SweepStatistics);
+
+impl Serialize for Gathered<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.integers())
+    }
 }
 
 /// Identity of the case.
@@ -162,12 +172,25 @@ impl Piece {
     /// The piece with the statistics of other members, from its first one, about the same nominal march.
     #[must_use]
     pub fn with_statistics(&self, gathered: &SweepStatistics) -> Self {
+        self.with_numbers(gathered, gathered.to_integers())
+    }
+
+    /// Write the text of the piece with the statistics of other members, from its first one, about the same nominal
+    /// march. Neither the text nor the integers are in memory.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn write_with_statistics(&self, gathered: &SweepStatistics, file: impl Write + Seek) -> io::Result<()> {
+        write_sealed(file, &self.with_numbers(gathered, Gathered(gathered)))
+    }
+
+    fn with_numbers<N>(&self, gathered: &SweepStatistics, numbers: N) -> Piece<N> {
         let nominal = self.nominal.clone();
         let (case, draw, backend, run) = (self.case.clone(), self.draw.clone(), self.backend.clone(), self.run.clone());
         let members = self.members.start..self.members.start + gathered.members();
-        let (numbers, kept) = (gathered.to_integers(), gathered.stored_traces().clone());
-        let (failures, margins) = (failure_records(gathered), gathered.margin_samples().clone());
-        Self { run, case, draw, backend, members, equal_pieces: None, failures, nominal, numbers, kept, margins }
+        let (kept, failures) = (gathered.stored_traces().clone(), failure_records(gathered));
+        let margins = gathered.margin_samples().clone();
+        Piece { run, case, draw, backend, members, equal_pieces: None, failures, nominal, numbers, kept, margins }
     }
 
     /// The JSON text: the checksum of the piece, then the piece.

@@ -306,6 +306,11 @@ impl SweepStatistics {
         self.accumulator.to_integers()
     }
 
+    /// [`to_integers`](Self::to_integers), one after the other.
+    pub fn integers(&self) -> impl Iterator<Item = i128> {
+        self.accumulator.integers()
+    }
+
     /// The envelope that scales deviations from the nominal traces.
     pub fn envelope(&self) -> &Envelope {
         self.traces.envelope()

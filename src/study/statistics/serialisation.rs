@@ -10,19 +10,17 @@ impl Accumulator {
     /// grades and of their products with those of the factors up to it; per function the sums of its products with
     /// those up to it; per output its sum, its sum of squares, its products with each factor, the bits of its minimum
     /// and maximum, its products with each function, the histogram of its ranks, and that of its values.
+    pub fn integers(&self) -> impl Iterator<Item = i128> {
+        [self.members as i128, self.excluded as i128]
+            .into_iter()
+            .chain(self.factors.iter().flat_map(|sums| [sums.sum, sums.squares]))
+            .chain(self.grades.iter().chain(&self.gram).flatten().copied())
+            .chain(self.outputs.iter().flat_map(OutputSums::integers))
+    }
+
+    /// [`integers`](Self::integers), collected.
     pub fn to_integers(&self) -> Vec<i128> {
-        let mut numbers = vec![self.members as i128, self.excluded as i128];
-        numbers.extend(self.factors.iter().flat_map(|sums| [sums.sum, sums.squares]));
-        numbers.extend(self.grades.iter().flatten());
-        numbers.extend(self.gram.iter().flatten());
-        for output in &self.outputs {
-            numbers.extend([output.sums.sum, output.sums.squares]);
-            numbers.extend(&output.cross_products);
-            numbers.extend([output.min, output.max].map(|value| i128::from(value.to_bits())));
-            numbers.extend(&output.moments);
-            numbers.extend(output.rank_histogram.to_integers().chain(output.histogram.to_integers()));
-        }
-        numbers
+        self.integers().collect()
     }
 
     /// Restore from [`to_integers`](Self::to_integers) and the references; `None` where they do not fit: too few, too
@@ -59,6 +57,15 @@ impl Accumulator {
             *histogram = histogram.clone().restored(&mut numbers, members)?;
         }
         (counted && numbers.next().is_none()).then_some(accumulator)
+    }
+}
+
+impl OutputSums {
+    fn integers(&self) -> impl Iterator<Item = i128> {
+        let extremes = [self.min, self.max].map(|value| i128::from(value.to_bits()));
+        let sums = [self.sums.sum, self.sums.squares].into_iter().chain(self.cross_products.iter().copied());
+        let histograms = self.rank_histogram.to_integers().chain(self.histogram.to_integers());
+        sums.chain(extremes).chain(self.moments.iter().copied()).chain(histograms)
     }
 }
 
