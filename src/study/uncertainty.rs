@@ -307,7 +307,8 @@ impl SweepStatistics {
     }
 
     /// [`to_integers`](Self::to_integers), one after the other.
-    pub fn integers(&self) -> impl Iterator<Item = i128> {
+    #[cfg(feature = "serde")]
+    pub(crate) fn integers(&self) -> impl Iterator<Item = i128> {
         self.accumulator.integers()
     }
 

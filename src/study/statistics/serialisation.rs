@@ -6,11 +6,8 @@ use super::sums::Sums;
 use crate::ensemble::Marginal;
 
 impl Accumulator {
-    /// The content as integers: members and excluded members; per factor its sum, its sum of squares, the sum of its
-    /// grades and of their products with those of the factors up to it; per function the sums of its products with
-    /// those up to it; per output its sum, its sum of squares, its products with each factor, the bits of its minimum
-    /// and maximum, its products with each function, the histogram of its ranks, and that of its values.
-    pub fn integers(&self) -> impl Iterator<Item = i128> {
+    /// [`to_integers`](Self::to_integers), one after the other.
+    pub(crate) fn integers(&self) -> impl Iterator<Item = i128> {
         [self.members as i128, self.excluded as i128]
             .into_iter()
             .chain(self.factors.iter().flat_map(|sums| [sums.sum, sums.squares]))
@@ -18,7 +15,10 @@ impl Accumulator {
             .chain(self.outputs.iter().flat_map(OutputSums::integers))
     }
 
-    /// [`integers`](Self::integers), collected.
+    /// The content as integers: members and excluded members; per factor its sum, its sum of squares, the sum of its
+    /// grades and of their products with those of the factors up to it; per function the sums of its products with
+    /// those up to it; per output its sum, its sum of squares, its products with each factor, the bits of its minimum
+    /// and maximum, its products with each function, the histogram of its ranks, and that of its values.
     pub fn to_integers(&self) -> Vec<i128> {
         self.integers().collect()
     }
