@@ -96,7 +96,7 @@ fn same_or_refused<T>(session: &Session, result: Result<T, SessionError>, scratc
 }
 
 #[test]
-fn a_session_gives_all_answers_of_the_command_on_every_shipped_case_bit_identically() {
+fn a_session_gives_all_answers_of_the_command_on_each_kind_of_case_bit_identically() {
     const MEMBERS: usize = 30;
     let scratch = Scratch::new("session-questions");
     let mut answered = [0; 8];
