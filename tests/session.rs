@@ -196,7 +196,7 @@ fn an_answer_does_not_depend_on_earlier_studies_or_on_the_number_of_threads() {
     assert!(backend.name.starts_with("1 thread,"), "a pool of one thread: {}", backend.name);
 }
 
-/// Also those of the other cases of an estimate and of a comparison of models.
+/// Also that of the other case of an estimate.
 #[test]
 fn a_second_session_takes_every_plan_of_a_study_from_the_cache() {
     let scratch = Scratch::new("plan-cache");
