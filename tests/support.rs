@@ -133,8 +133,8 @@ pub(crate) fn cases() -> Vec<Case> {
 }
 
 /// Shipped cases, one for each kind of kernel: one inert ply, an inert layup with a conductivity in parts, three
-/// decomposing layups, Darcy flow of air, Darcy flow of pyrolysis gas. With `BONDLINE_ALL` every shipped case: for tests that
-/// compile a slow kernel a case, or give many answers.
+/// decomposing layups, Darcy flow of air, Darcy flow of pyrolysis gas. With `BONDLINE_ALL` every shipped case: for
+/// tests that compile a slow kernel a case, or give many answers.
 pub(crate) fn cases_of_each_kind() -> Vec<Case> {
     const KINDS: [&str; 7] = [
         "slab",
