@@ -1,6 +1,7 @@
 """Runs of bondline's command: sweeps of one case."""
 
 import json
+import os
 import pathlib
 import resource
 import shutil
@@ -11,6 +12,7 @@ import numpy as np
 import pyarrow.parquet as parquet
 
 ROOT = pathlib.Path(__file__).parents[2]
+TARGET = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
 
 
 class Command:
@@ -28,7 +30,7 @@ class Command:
         out = self.folder / "sweep"
         shutil.rmtree(out, ignore_errors=True)
         ours = [
-            ROOT / "target/release/bondline",
+            TARGET / "release/bondline",
             "uncertainty",
             ROOT / "cases" / self.case,
             "-n",

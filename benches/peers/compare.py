@@ -20,7 +20,7 @@ import time
 import numpy as np
 
 import show
-from command import ROOT, Command
+from command import TARGET, Command
 
 HERE = pathlib.Path(__file__).parent
 AT_BEST = {"SciPy": "scipy_peer.py", "NumPy": "numpy_peer.py", "JAX": "jax_peer.py", "Numba": "numba_peer.py"}
@@ -178,7 +178,7 @@ def main():
     parser.add_argument("--peers", nargs="+", default=list(PEERS), choices=PEERS)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument(
-        "--results", type=pathlib.Path, default=ROOT / "target/peers.json", help="what show.py writes the tables from"
+        "--results", type=pathlib.Path, default=TARGET / "peers.json", help="what show.py writes the tables from"
     )
     options = parser.parse_args()
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: options.threads])

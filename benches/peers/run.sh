@@ -6,12 +6,11 @@
 #
 # On a shared machine, `chrt -f 50 benches/peers/run.sh` gives it priority (as root).
 set -eu
-here=$(dirname "$0")
-root=$here/../..
-venv=${VENV:-$root/target/peers}
+cd "$(dirname "$0")/../.."
+venv=${VENV:-${CARGO_TARGET_DIR:-target}/peers}
 
 [ -x "$venv/bin/python" ] || python3 -m venv "$venv"
-"$venv/bin/pip" install --quiet --requirement "$here/requirements.txt"
-cargo build --release --manifest-path "$root/Cargo.toml"
-cargo bench --no-run --bench plan --manifest-path "$root/Cargo.toml"
-exec "$venv/bin/python" "$here/compare.py" "$@"
+"$venv/bin/pip" install --quiet --requirement benches/peers/requirements.txt
+cargo build --release
+cargo bench --no-run --bench plan
+exec "$venv/bin/python" benches/peers/compare.py "$@"

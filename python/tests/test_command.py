@@ -90,3 +90,12 @@ def test_arrays_have_the_numbers_of_the_answers(name: str) -> None:
 def test_the_command_exits_with_the_code_of_its_failure(tmp_path: Path) -> None:
     run = subprocess.run([sys.executable, "-m", "bondline", "predict", str(tmp_path)], capture_output=True, text=True)
     assert run.returncode == 2 and "case.toml" in run.stderr
+
+
+def test_the_command_starts_without_numpy() -> None:
+    imported = "import sys, bondline.__main__; print('numpy' in sys.modules)"
+    run = subprocess.run([sys.executable, "-c", imported], check=True, capture_output=True, text=True)
+    assert run.stdout == "False\n"
+    used = imported.replace(";", "; bondline.Case;")
+    run = subprocess.run([sys.executable, "-c", used], check=True, capture_output=True, text=True)
+    assert run.stdout == "True\n"

@@ -4,24 +4,28 @@ A :class:`Case` is read from a file or made from Python values. Its methods answ
 ``bondline`` with the same numbers, to the last bit. Temperatures are in kelvin, and all other values in SI units.
 """
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 from bondline._bondline import BondlineError, CaseError, DeviceError, OptionError, __version__
-from bondline._case import Case
-from bondline._results import (
-    Coverage,
-    Design,
-    Estimate,
-    History,
-    ObservationCheck,
-    Prediction,
-    Result,
-    Sensitivity,
-    Sizing,
-    Study,
-    Trade,
-    Uncertainty,
-)
+
+if TYPE_CHECKING:
+    from bondline._case import Case
+    from bondline._results import (
+        Coverage,
+        Design,
+        Estimate,
+        History,
+        ObservationCheck,
+        Prediction,
+        Result,
+        Sensitivity,
+        Sizing,
+        Study,
+        Trade,
+        Uncertainty,
+    )
 
 __all__ = [
     "BondlineError",
@@ -44,6 +48,21 @@ __all__ = [
     "__version__",
     "study",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """A class, imported when it is first used: the command needs no NumPy, whose import takes 60 ms."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from bondline import _case, _results
+
+    found = _case.Case if name == "Case" else getattr(_results, name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 def study(case: Case, **options: Any) -> Study:
