@@ -37,6 +37,7 @@ rm -rf "$wheels"
 "$environment/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile "$profile" \
     --compatibility linux --strip --compression-level 9 --out "$wheels"
 wheel=$(echo "$wheels"/*.whl)
+[ "$profile" = work ] || "$environment/bin/python" scripts/compress_wheel.py "$wheel"
 "$environment/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
 cd python
 "$environment/bin/mypy" --strict python/bondline tests

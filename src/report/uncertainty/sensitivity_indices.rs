@@ -48,10 +48,7 @@ pub(super) const HEAD: [&str; 6] = [
 /// Rows of the table, one per factor, the largest total index first.
 pub(super) fn rows(answers: &Answers, causes: &SensitivityIndices) -> Vec<Vec<String>> {
     let mut order: Vec<usize> = (0..answers.case.factors.len()).collect();
-    // NaN keeps the order of the case.
-    order.sort_by(|&a, &b| {
-        causes.total[b].value.partial_cmp(&causes.total[a].value).unwrap_or(std::cmp::Ordering::Equal)
-    });
+    order.sort_by(|&a, &b| largest_first(causes.total[a], causes.total[b]));
     let signed = |likely: ConfidenceInterval| {
         let [value, low, high] = [likely.value, likely.low, likely.high].map(|value| format!("{value:.2}"));
         if likely.value.is_nan() { "unknown".to_owned() } else { format!("{value} ({low} to {high})") }
@@ -98,10 +95,16 @@ pub(super) fn pair_explanation(causes: &SensitivityIndices) -> String {
     )
 }
 
+/// The order of two indices in a table; unknown ones (NaN) come last.
+fn largest_first(one: ConfidenceInterval, other: ConfidenceInterval) -> std::cmp::Ordering {
+    let [one, other] = [one, other].map(|index| if index.value.is_nan() { f64::NEG_INFINITY } else { index.value });
+    other.total_cmp(&one)
+}
+
 /// Pairs of factors, the largest index first.
 pub(super) fn ranked_pairs(causes: &SensitivityIndices) -> Vec<PairIndex> {
     let mut pairs = causes.second.clone();
-    pairs.sort_by(|a, b| b.index.value.total_cmp(&a.index.value));
+    pairs.sort_by(|a, b| largest_first(a.index, b.index));
     pairs
 }
 
@@ -136,4 +139,21 @@ fn index_with_interval(index: ConfidenceInterval) -> String {
 /// The indices, if there were enough members and the output varies.
 fn defined_indices(indices: &[ConfidenceInterval]) -> Option<&[ConfidenceInterval]> {
     indices.iter().any(|index| index.value > 0.0).then_some(indices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sort may panic if its comparison is not a total order, which shows from some twenty elements on.
+    #[test]
+    fn indices_are_listed_from_the_largest_to_the_smallest_and_unknown_ones_last() {
+        let value = |place: usize| if place % 3 == 0 { f64::NAN } else { ((place * 37) % 101) as f64 };
+        let index = |value| ConfidenceInterval { value, low: value, high: value };
+        let mut indices: Vec<_> = (0..300).map(value).map(index).collect();
+        indices.sort_by(|&one, &other| largest_first(one, other));
+        let (known, unknown) = indices.split_at(200);
+        assert!(known.is_sorted_by(|one, other| one.value >= other.value));
+        assert!(unknown.iter().all(|index| index.value.is_nan()));
+    }
 }
