@@ -148,7 +148,7 @@ mod tests {
     /// A sort may panic if its comparison is not a total order, which shows from some twenty elements on.
     #[test]
     fn indices_are_listed_from_the_largest_to_the_smallest_and_unknown_ones_last() {
-        let value = |place: usize| if place % 3 == 0 { f64::NAN } else { ((place * 37) % 101) as f64 };
+        let value = |place: usize| if place.is_multiple_of(3) { f64::NAN } else { ((place * 37) % 101) as f64 };
         let index = |value| ConfidenceInterval { value, low: value, high: value };
         let mut indices: Vec<_> = (0..300).map(value).map(index).collect();
         indices.sort_by(|&one, &other| largest_first(one, other));
