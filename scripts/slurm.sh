@@ -18,7 +18,7 @@ for program in munged slurmctld slurmd sbatch squeue scontrol python3; do
         fail "$program not found: apt-get install slurmctld slurmd slurm-client munge python3"
 done
 
-members=${BONDLINE_SLURM_MEMBERS:-120000}
+members=${BONDLINE_SLURM_MEMBERS:-600000}
 pieces=8
 root=$(mktemp -d /tmp/bondline-slurm.XXXXXX)
 daemons=()
