@@ -58,15 +58,16 @@ printf '```\n\n## Parity\n\n```text\n'
 printf '```\n\n## March\n\n'
 "$programs/march" --bench | tee "$folder/march"
 printf '\nCrossing of the kernels: '
-# Rows are `| members | march | s | ...`; a device has a row for each kernel, of which one is called cooperative.
+# Rows are `| members | march | s | ...`; a device has a row for each kernel.
 python3 - "$folder/march" <<'PYTHON'
 import re, sys
+COOPERATIVE = ", a workgroup a member,"
 lines = [line for line in open(sys.argv[1]) if re.match(r"\| \d+ \|", line)]
 rows = [[cell.strip() for cell in line.strip("|\n ").split("|")] for line in lines]
 seconds = {(row[1], int(row[0])): float(row[2]) for row in rows}
 texts = []
-for title in sorted({title for title, _ in seconds if ", cooperative" in title}):
-    other = title.replace(", cooperative", "")
+for title in sorted({title for title, _ in seconds if COOPERATIVE in title}):
+    other = title.replace(COOPERATIVE, "")
     both = [size for one, size in seconds if one == title and (other, size) in seconds]
     faster = [str(size) for size in both if seconds[title, size] < seconds[other, size]]
     texts.append(f"{other}: a workgroup per member is faster for {', '.join(faster) or 'no number of'} members")

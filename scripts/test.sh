@@ -110,9 +110,10 @@ if "$all"; then
     rustup component add --toolchain nightly miri rust-src 2>/dev/null ||
         rustup toolchain install nightly --profile minimal --component miri,rust-src ||
         fail 'Miri needs a nightly toolchain: rustup toolchain install nightly --component miri,rust-src'
-    # The features are off because Miri runs no device. Chains, marches and whole cases take hours in an interpreter.
+    # The features are off because Miri runs no device. Chains, marches, exhaustive searches and whole cases take hours
+    # in an interpreter.
     MIRIFLAGS='-Zmiri-disable-isolation -Zmiri-deterministic-floats' cargo +nightly miri test --lib \
-        --no-default-features -- --skip ensemble_mcmc --skip chain_diagnostics \
+        --no-default-features -- --skip ensemble_mcmc --skip chain_diagnostics --skip optimal_design \
         --skip a_histogram_depends fit:: limits:: case::unit case::table \
         case::factor case::estimation case::exposure statistics::histogram
 fi
