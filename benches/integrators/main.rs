@@ -1,7 +1,7 @@
 //! Work–precision diagram of time integrators: sensor errors against the time for 5,000 members. See benches/README.md.
 //!
-//! `cargo bench --bench integrators [-- CASE]` prints the tables; without CASE it uses `lcat-2259` and writes
-//! `benches/integrators.svg`.
+//! `cargo bench --features internals --bench integrators [-- CASE]` prints the tables; without CASE it uses `lcat-2259`
+//! and writes `benches/integrators.svg`.
 
 mod adapt;
 mod candidate;

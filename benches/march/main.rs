@@ -1,6 +1,6 @@
 //! Speed of the march on every backend: see benches/README.md.
 //!
-//! `cargo bench --bench march [-- MEMBERS]` prints the table; MEMBERS is the largest ensemble.
+//! `cargo bench --features internals --bench march [-- MEMBERS]` prints the table; MEMBERS is the largest ensemble.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-"""A layup for the peers: cells, steps and tables of bondline's own plan, as `cargo bench --bench plan` prints them.
+"""A layup for the peers: cells, steps and tables of bondline's own plan, as the bench `plan` prints them.
 
 bondline marches at two resolutions and extrapolates (src/march/richardson.rs): a reading is 4/3 of the finer one less
 1/3 of the coarser one. Each layup here carries its weight.
@@ -69,10 +69,11 @@ class Layup:
         self.face = np.ascontiguousarray(face.reshape(self.table_nodes, -1)[:, [0, 2, 4]].T)
         self.face_rises = np.diff(self.face)
         self.emissivity = int(columns(plan["scalings"])["emissivity"][0])
-        self.hot_wall_kg_j = columns(plan["faces"])["hot_wall_kg_j"][0]
         drives = columns(plan["drives"])
+        # One over the difference of enthalpies of a cold-wall flux.
+        self.hot_wall_kg_j = drives["hot_wall"].max()
         # Step × (start, end).
-        self.flux_w_m2 = drives["flux_w_m2"].reshape(-1, 4)[:-1, :2]
+        self.flux_w_m2 = drives["convection"].reshape(-1, 4)[:-1, :2]
         self.surroundings_k = drives["surroundings_k"].reshape(-1, 4)[:-1, :2]
         sensors, places = columns(plan["sensors"]), columns(plan["places"])
         # Each sensor lies between this cell and the next.
@@ -137,19 +138,24 @@ def refuse(case, plan):
     faces, drives, plies = columns(plan["faces"]), columns(plan["drives"]), columns(plan["plies"])
     face = np.array(plan["tables"])[plan["face_table"] :][: plan["table_nodes"] * plan["face_columns"]]
     emissivity = face.reshape(plan["table_nodes"], -1)[:, 12]
+    heated = drives["convection"] != 0
+    scalings = columns(plan["scalings"])
     beyond = {
         "gas, decomposition or a holder": plan["has_gas"] or plan["has_holder"] or plan["states"] > 1,
         "pressure that changes": plan["levels"] > 1,
         "conductivity in three parts": plan["parts"] > 2,
-        "a held face, a film or blowing": faces["held"].any() or faces["film_w_m2_k"].any() or faces["blowing"].any(),
-        "radiant heating or a heated back": drives["radiant_w_m2"].any()
-        or drives["flux_w_m2"].reshape(-1, 4)[:, 2:].any(),
+        "a held face, a film or blowing": faces["held"].any() or drives["film_w_m2_k"].any() or drives["blowing"].any(),
+        "film coefficients of enthalpy, or a recovery enthalpy that changes": (drives["recovery"][heated] != 1).any()
+        or np.ptp(drives["hot_wall"][heated]) > 0,
+        "radiant heating or a heated back": drives["radiant_w_m2"].any() or heated.reshape(-1, 4)[:, 2:].any(),
         "a back face that radiates": emissivity.any(),
         "factors on thickness, contacts or depths": plan["has_depths"]
         or plies["thickness"].any()
         or plies["contact"].any(),
         "thermocouples that lag": columns(plan["beads"])["start"].any(),
-        "factors on heating": columns(plan["scalings"])["heating"].any(),
+        "factors on heating or radiation to the surroundings": any(
+            scalings[name].any() for name in ("heating", "film", "exchange")
+        ),
     }
     for what, is_there in beyond.items():
         if is_there:

@@ -1,7 +1,7 @@
 //! The plan of a case as JSON: cells, steps and tables for the peer implementations.
 //!
-//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]` takes settings as `--set` of the command does. `marches` holds
-//! both resolutions, the finer one first. Rows are flat, in the order of `fields`.
+//! `cargo bench --features internals --bench plan -- CASE [NAME=VALUE ...]` takes settings as `--set` of the command
+//! does. `marches` holds both resolutions, the finer one first. Rows are flat, in the order of `fields`.
 
 #[path = "../common/mod.rs"]
 #[expect(dead_code, reason = "this bench measures no time")]
