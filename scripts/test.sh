@@ -114,7 +114,7 @@ if "$all"; then
     # in an interpreter.
     MIRIFLAGS='-Zmiri-disable-isolation -Zmiri-deterministic-floats' cargo +nightly miri test --lib \
         --no-default-features -- --skip ensemble_mcmc --skip chain_diagnostics --skip optimal_design \
-        --skip a_histogram_depends fit:: limits:: case::unit case::table \
+        --skip reliability --skip a_histogram_depends fit:: limits:: case::unit case::table \
         case::factor case::estimation case::exposure statistics::histogram
 fi
 say 'documentation'
