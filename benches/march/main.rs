@@ -13,9 +13,13 @@ use bondline::case::Bounds;
 use bondline::ensemble::{Ensemble, Sampling};
 use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::{Precision, march_all};
+#[cfg(target_arch = "x86_64")]
+use bondline::physics::{lanes::F64Lanes, member::Member};
 use bondline::plan::Plan;
 use common::{BenchBackend, gpu_backends, shortest, simd_backends};
 use counting::OperationCounts;
+#[cfg(target_arch = "x86_64")]
+use simdeez::engines::{avx2::Avx2, avx512::Avx512};
 use single_threaded::SingleThreaded;
 use std::hint::black_box;
 use std::time::Instant;
@@ -42,6 +46,14 @@ fn main() {
     let reacting = common::case("lcat-2259-pyrolysis");
     let reacting = OperationCounts::of(&Plan::new(&reacting), &Ensemble::nominal(reacting.factors()));
     println!("Where plies decompose, in lcat-2259-pyrolysis, it is {reacting}.\n");
+    #[cfg(target_arch = "x86_64")]
+    for (vectors, bytes) in [
+        ("four members in f64 (AVX2)", Member::<F64Lanes<Avx2>, false>::BYTES_PER_CELL),
+        ("eight members in f64 (AVX-512)", Member::<F64Lanes<Avx512>, false>::BYTES_PER_CELL),
+    ] {
+        println!("Columns of a cell of {vectors}: {bytes} bytes, {:.0} KiB in all.", (bytes * cells) as f64 / 1024.0);
+    }
+    println!();
 
     // The baseline is one member at a time in f64; lanes on one thread show the gain of SIMD alone.
     let mut backends = vec![BenchBackend::new("scalar", Some(1), SingleThreaded::new(ScalarReference(Precision::F64)))];

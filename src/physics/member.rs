@@ -23,6 +23,10 @@ pub struct Member<'a, R: Real, const GAS: bool> {
 }
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
+    /// Size of the columns of a cell without those of gas and reactions, for the bench of the march.
+    #[cfg(feature = "internals")]
+    pub const BYTES_PER_CELL: usize = Thermal::<R>::BYTES_PER_CELL;
+
     /// Evaluates all scales from a member's factors.
     #[inline(always)]
     fn scale(plan: &Plan, rows: &PlanData<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Scales<R> {

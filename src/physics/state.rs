@@ -76,6 +76,17 @@ pub(super) struct Thermal<R: Real> {
     pub(super) first_increments: Vec<R>,
 }
 
+#[cfg(feature = "internals")]
+impl<R: Real> Thermal<R> {
+    /// Size of the columns of a cell.
+    pub(super) const BYTES_PER_CELL: usize = size_of::<DoubleWord<R>>()
+        + size_of::<R::RowOffset>()
+        + size_of::<R>()
+        + size_of::<CellProperties<R>>()
+        + size_of::<EliminatedRow<R>>()
+        + size_of::<R>();
+}
+
 /// Sensor readings at the end of the last step, and temperatures of the lagging thermocouple beads, K.
 pub(super) struct SensorState<R> {
     pub(super) readings: Vec<DoubleWord<R>>,
