@@ -85,7 +85,7 @@ fn pore_state(p: u32, i: u32, stage: u32) -> PoreState {
         porosity = porosity + phases[state] * row.porosity;
         permeability = permeability + phases[state] * row.permeability_m2;
         slip = slip + phases[state] * row.slip_pa_k;
-        inertia = inertia + phases[state] * row.inertia_1_m;
+        inertia = inertia + phases[state] * row.forchheimer_1_m;
     }
     let mobility = ply_scales[p].permeability * permeability / (viscosity_pa_s * thickness_ratio);
     let density_s2_m2 = molar_kg_k_j / temperature_k;

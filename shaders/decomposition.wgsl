@@ -1,7 +1,7 @@
 // How far a reaction goes in a step: twin of src/physics/decomposition.rs.
 
-fn arrhenius_rate(reaction: Reaction, temperature_k: real, kinetics: real, steepness: real) -> real {
-    let constant = kinetics * reaction.rate_1_s * exponential(-steepness);
+fn arrhenius_rate(reaction: Reaction, temperature_k: real, pre_exponential: real, steepness: real) -> real {
+    let constant = pre_exponential * reaction.rate_1_s * exponential(-steepness);
     if reaction.onset_k == 0.0 {
         return constant;
     }

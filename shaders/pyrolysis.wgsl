@@ -67,7 +67,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
     let inverse_step_1_s = 1.0 / step_length_s;
     let growth = next_s * inverse_step_1_s;
     let steepness_k = scale.activation * per_kelvin;
-    let kinetics_s = scale.kinetics * step_length_s;
+    let scaled_step_s = scale.pre_exponential * step_length_s;
     let released_j_kg = scale.loss * gas_here_j_kg;
     var before = real(1.0);
     var inflow = real(0.0);
@@ -98,7 +98,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
         var lead = before_it.high;
         inflow = 0.0;
         if reaction.idle >= steepness && reactant >= real(REACTANT_MIN) {
-            let exposure = arrhenius_rate(reaction, temperature_k, kinetics_s, steepness);
+            let exposure = arrhenius_rate(reaction, temperature_k, scaled_step_s, steepness);
             let used = consumed_share(reactant, exposure, reaction.order);
             let spent = reactant * used;
             inflow = spent;

@@ -113,8 +113,8 @@ const BREAKS: &[Break] = &[
         Some(reaction(case)?.pre_exponential_1_s = 0.0)
     }),
     ("layup.plies[0].material.decomposition.reactions[0].order", |case| Some(reaction(case)?.order = -1.0)),
-    ("layup.plies[0].material.decomposition.reactions[0].activation_j_mol", |case| {
-        Some(reaction(case)?.activation_j_mol = -1.0)
+    ("layup.plies[0].material.decomposition.reactions[0].activation_energy_j_mol", |case| {
+        Some(reaction(case)?.activation_energy_j_mol = -1.0)
     }),
     ("layup.plies[0].material.decomposition.reactions[0].heat_j_kg", |case| Some(reaction(case)?.heat_j_kg = f64::NAN)),
     ("layup.plies[0].material.decomposition.residues", |case| Some(decomposition(case)?.residues.clear())),
@@ -136,7 +136,7 @@ const BREAKS: &[Break] = &[
         let depth_m = case.layup.origin_m + 0.5 * case.layup.plies[0].thickness_m;
         Some((case.sensors[0].depth_m, case.sensors[0].side) = (depth_m, Side::Above))
     }),
-    ("sensors[0].lag_s", |case| Some(case.sensors[0].lag_s = -1.0)),
+    ("sensors[0].time_constant_s", |case| Some(case.sensors[0].time_constant_s = -1.0)),
     ("exposure.duration_s", |case| Some(case.exposure.duration_s = 0.0)),
     ("exposure.duration_s", |case| Some(case.exposure.duration_s = f64::NAN)),
     ("exposure.initial_k", |case| Some(case.exposure.initial_k.clear())),
@@ -256,13 +256,13 @@ const BREAKS: &[Break] = &[
         case.estimate.factors.first()?;
         Some(case.estimate.start = vec![10.0; case.estimate.factors.len()])
     }),
-    ("estimate.loss.width", |case| Some(case.estimate.loss = LossFunction::Huber { width: 0.0 })),
+    ("estimate.loss_function.width", |case| Some(case.estimate.loss_function = LossFunction::Huber { width: 0.0 })),
     ("paper_figures[0]", |case| Some(case.paper_figures = vec![("members".to_owned(), vec![0])])),
     ("resolution.cells", |case| Some(case.resolution.cells = 3)),
     ("resolution.cells", |case| Some(case.resolution.cells = 2000)),
-    ("resolution.growth", |case| Some(case.resolution.growth = 0.0)),
+    ("resolution.step_growth", |case| Some(case.resolution.step_growth = 0.0)),
     ("resolution.first_step_s", |case| Some(case.resolution.first_step_s = 0.0)),
-    ("resolution.largest_step_s", |case| Some(case.resolution.largest_step_s = f64::NAN)),
+    ("resolution.max_step_s", |case| Some(case.resolution.max_step_s = f64::NAN)),
     ("resolution.output_interval_s", |case| Some(case.resolution.output_interval_s = 1e-9 * case.exposure.duration_s)),
     ("resolution.tolerance_k", |case| Some(case.resolution.tolerance_k = Some(-0.05))),
 ];
@@ -321,10 +321,10 @@ fn all_errors_of_a_builder_are_reported_together() {
     let mut builder = cases().remove(0).to_builder();
     builder.layup.plies[0].thickness_m = -1.0;
     builder.exposure.duration_s = f64::NAN;
-    builder.resolution.growth = 2.0;
+    builder.resolution.step_growth = 2.0;
     let error = builder.build().expect_err("three invalid fields");
     let paths: Vec<&str> = error.diagnostics.iter().map(|fault| &*fault.location.file).collect();
-    for path in ["layup.plies[0].thickness_m", "exposure.duration_s", "resolution.growth"] {
+    for path in ["layup.plies[0].thickness_m", "exposure.duration_s", "resolution.step_growth"] {
         assert!(paths.contains(&path), "{path} is not among {paths:?}");
     }
 }

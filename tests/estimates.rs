@@ -147,7 +147,7 @@ fn profile_and_linear_interval_with_a_prior_use_the_objective_of_the_estimate() 
 #[test]
 fn a_profile_with_a_robust_loss_and_a_prior_has_both_ends() {
     let case = modified(&board(), |case| {
-        case.estimate.loss = LossFunction::SoftL1 { width: 2.0 };
+        case.estimate.loss_function = LossFunction::SoftL1 { width: 2.0 };
         case.estimate.prior = Some(Bounds::Large);
         case.estimate.bounds = Bounds::Large;
     });
@@ -177,7 +177,13 @@ fn a_factor_without_effect_on_the_data_has_an_infinite_error() {
     let case = modified(&case("twin-tc3"), |case| {
         // This sensor has no observations, so its depth does not affect the data.
         let (name, depth_m) = ("FREE".to_owned(), case.layup.origin_m + 1.5e-3);
-        case.sensors.push(Sensor { name: name.clone(), depth_m, side: Side::Both, lag_s: 0.0, pyrometer: None });
+        case.sensors.push(Sensor {
+            name: name.clone(),
+            depth_m,
+            side: Side::Both,
+            time_constant_s: 0.0,
+            pyrometer: None,
+        });
         case.factors.push(Factor {
             name: "f_depth".to_owned(),
             group: name,

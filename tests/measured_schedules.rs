@@ -71,7 +71,7 @@ fn noisy_schedules_take_the_work_of_smooth_ones_and_match_a_march_with_a_step_pe
         assert!(times < WORK, "{id}: {times:.2} times the work of the smooth schedule");
 
         let step_s = 1.0 / RATE_HZ;
-        let growth = StepGrowth::Geometric { first_step_s: step_s, share: 0.0, largest_step_s: step_s };
+        let growth = StepGrowth::Geometric { first_step_s: step_s, share: 0.0, max_step_s: step_s };
         let every_row = Discretisation {
             time_steps: TimeStepControl { growth, segments: Vec::new() },
             ..plan.discretisation().refined(2)

@@ -12,17 +12,22 @@ use bondline::plan::Plan;
 const EVERY_S: [f64; 6] = [0.1, 0.3, 0.7, 0.06, 0.13, 1.0 / 3.0];
 
 /// A slab with stated cells and steps and a sensor on its hot face.
-fn slab(every_s: f64, largest_step_s: f64, hot_face: Face) -> Case {
+fn slab(every_s: f64, max_step_s: f64, hot_face: Face) -> Case {
     modified(&case("slab"), |case| {
         case.observations.clear();
         case.estimate = EstimationSettings::default();
-        case.sensors =
-            vec![Sensor { name: "TC1".to_owned(), depth_m: 0.0, side: Side::Both, lag_s: 0.0, pyrometer: None }];
+        case.sensors = vec![Sensor {
+            name: "TC1".to_owned(),
+            depth_m: 0.0,
+            side: Side::Both,
+            time_constant_s: 0.0,
+            pyrometer: None,
+        }];
         case.exposure.duration_s = 12.0;
         case.exposure.initial_k = vec![(0.0, 300.0)];
         case.exposure.hot_face = hot_face;
         let stated = Resolution { tolerance_k: None, cells: 16, ..Resolution::default() };
-        case.resolution = Resolution { output_interval_s: every_s, largest_step_s, ..stated };
+        case.resolution = Resolution { output_interval_s: every_s, max_step_s, ..stated };
     })
 }
 

@@ -18,7 +18,7 @@ fn coarse(id: &str) -> Case {
     modified(&case(id), |case| {
         case.resolution.cells = 40;
         case.resolution.first_step_s = 0.5;
-        case.resolution.largest_step_s = 2.0;
+        case.resolution.max_step_s = 2.0;
     })
 }
 
@@ -96,7 +96,7 @@ fn the_posterior_ends_at_a_bound_and_the_linear_interval_does_not() {
 /// times the assumed film coefficient, other factors fit the data equally well. Each is a possible board.
 #[test]
 fn the_band_of_an_unobserved_thermocouple_contains_equally_good_models() {
-    let case = modified(&coarse("kaowool-tc"), |case| case.resolution.largest_step_s = 5.0);
+    let case = modified(&coarse("kaowool-tc"), |case| case.resolution.max_step_s = 5.0);
     let (found, drawn) = drawn(&case, &[]);
     let off_k = |found: &ParameterEstimates| found.fitted[0].misfits[0].1.rms_k;
     let unobserved = &drawn.predicted[0].sensors[1];
@@ -170,7 +170,7 @@ fn a_posterior_reports_the_members_marched_with_tangents_and_with_differences() 
 #[test]
 fn the_band_of_a_real_board_contains_the_thermocouple_that_was_not_fitted() {
     let case = modified(&coarse("kaowool"), |case| {
-        case.resolution.largest_step_s = 5.0;
+        case.resolution.max_step_s = 5.0;
         case.estimate.sensors = vec![0];
     });
     let unobserved = &drawn(&case, &[]).1.predicted[0].sensors[1];

@@ -1,15 +1,15 @@
 //! Sessions against the command, bit by bit; progress, cancellation, threads, invalid options.
 
 use crate::cli::run;
-use crate::support::{Scratch, adapter, case, cases, cases_of_each_kind, root, without_run};
+use crate::support::{Scratch, adapter, case, cases, cases_of_each_kind, modified, root, without_run};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::march::cpu::Cpu;
 use bondline::report::files::OutputFolder;
 use bondline::session::{
-    BackendKind, CancelToken, Checkpoint, Derivatives, EstimateOptions, FitOptions, HistoryOptions, LogPart,
-    ObservationSelection, Options, PlanCache, PlyChoice, Progress, SensitivityOptions, Session, SessionError,
+    BackendKind, CancelToken, Checkpoint, Derivatives, DesignOptions, EstimateOptions, FitOptions, HistoryOptions,
+    LogPart, ObservationSelection, Options, PlanCache, PlyChoice, Progress, SensitivityOptions, Session, SessionError,
     SizeOptions, Start, StudyOptions, TradeOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
 };
 use bondline::study::sequential_sampling::PrecisionTarget;
@@ -196,29 +196,53 @@ fn an_answer_does_not_depend_on_earlier_studies_or_on_the_number_of_threads() {
     assert!(backend.name.starts_with("1 thread,"), "a pool of one thread: {}", backend.name);
 }
 
-/// Also that of the other case of an estimate.
+/// Those of the case, and of the other case of an estimate, a comparison or a design.
 #[test]
 fn a_second_session_takes_every_plan_of_a_study_from_the_cache() {
-    let scratch = Scratch::new("plan-cache");
-    let folder = scratch.path().join("plans");
-    let options = Options::default().backend(BackendKind::Cpu).plan_cache(PlanCache::new(&folder));
-    let answer = || {
-        let mut session = Session::open(case("lcat-2259"), &options).expect("the CPU is always available");
-        let fit = FitOptions { factors: vec!["f_k_INS".to_owned()], ..FitOptions::default() };
-        let estimate = EstimateOptions { other_cases: vec![case("lcat-2330")], fit, ..EstimateOptions::default() };
-        format!("{:?}", session.estimate(&estimate).expect("an estimate"))
-    };
-    let kept = || {
-        let mut files: Vec<_> = fs::read_dir(&folder).expect("a folder").map(|file| file.expect("a file")).collect();
-        files.sort_by_key(fs::DirEntry::file_name);
-        let modified = |file: &fs::DirEntry| file.metadata().and_then(|data| data.modified()).expect("a time");
-        files.iter().map(|file| (file.file_name(), modified(file))).collect::<Vec<_>>()
-    };
-    let first = answer();
-    let plans = kept();
-    assert_eq!(plans.len(), 2);
-    assert_eq!(answer(), first);
-    assert_eq!(kept(), plans, "a plan was adapted again");
+    type Study = fn(&mut Session, Case) -> String;
+    let studies: [(&str, Study); 3] = [
+        ("another case", |session, other| {
+            let fit = FitOptions { factors: vec!["f_k_INS".to_owned()], ..FitOptions::default() };
+            let options = EstimateOptions { other_cases: vec![other], fit, ..EstimateOptions::default() };
+            format!("{:?}", session.estimate(&options).expect("an estimate"))
+        }),
+        ("a comparison", |session, other| {
+            // With the observations of the case, as a comparison requires.
+            let other = modified(&other, |case| {
+                let own = session.case();
+                (case.observations, case.layup, case.sensors) =
+                    (own.observations().to_vec(), own.layup().clone(), own.sensors().to_vec());
+            });
+            let fit = FitOptions { factors: vec!["f_k_INS".to_owned()], ..FitOptions::default() };
+            let options = EstimateOptions { comparison_case: Some(other), fit, ..EstimateOptions::default() };
+            format!("{:?}", session.estimate(&options).expect("an estimate"))
+        }),
+        ("a design", |session, other| {
+            let options = DesignOptions { others: vec![other], members: 4, ..DesignOptions::new(["f_k_INS"], 1) };
+            format!("{:?}", session.design(&options).expect("a design"))
+        }),
+    ];
+    for (name, study) in studies {
+        let scratch = Scratch::new(&format!("plan-cache-{}", name.replace(' ', "-")));
+        let folder = scratch.path().join("plans");
+        let options = Options::default().backend(BackendKind::Cpu).plan_cache(PlanCache::new(&folder));
+        let answer = || {
+            let mut session = Session::open(case("lcat-2259"), &options).expect("the CPU is always available");
+            study(&mut session, case("lcat-2330"))
+        };
+        let kept = || {
+            let files = fs::read_dir(&folder).expect("a folder").map(|file| file.expect("a file"));
+            let modified = |file: &fs::DirEntry| file.metadata().and_then(|data| data.modified()).expect("a time");
+            let mut kept: Vec<_> = files.map(|file| (file.file_name(), modified(&file))).collect();
+            kept.sort();
+            kept
+        };
+        let first = answer();
+        let plans = kept();
+        assert!(plans.len() >= 2, "{name}: {} plans", plans.len());
+        assert_eq!(answer(), first, "{name}");
+        assert_eq!(kept(), plans, "{name}: a plan was adapted again");
+    }
 }
 
 /// A part as another process receives it.

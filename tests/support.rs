@@ -161,8 +161,8 @@ fn load(path: &str) -> Case {
 pub(crate) fn coarse() -> Case {
     modified(&case("lcat-2259"), |case| {
         case.resolution.cells = 40;
-        case.resolution.growth = 0.2;
-        case.resolution.largest_step_s = 2.0;
+        case.resolution.step_growth = 0.2;
+        case.resolution.max_step_s = 2.0;
         case.resolution.output_interval_s = 2.0;
     })
 }

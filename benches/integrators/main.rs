@@ -112,7 +112,7 @@ fn main() {
 impl Diagram {
     /// Reference readings of the nominal member on the cells of bondline's own plan, with negligible error in time.
     fn reference(&self) -> Vec<f64> {
-        let growth = StepGrowth::Geometric { first_step_s: 0.001, share: 0.008, largest_step_s: 0.05 };
+        let growth = StepGrowth::Geometric { first_step_s: 0.001, share: 0.008, max_step_s: 0.05 };
         let plan = plan(&self.case, &self.density, &TimeStepControl { growth, segments: vec![] });
         readings(Method::Rodas, &plan, &plan, &nominal(&self.case))
     }
@@ -180,8 +180,8 @@ impl Diagram {
         let case = case.build().unwrap_or_else(|error| panic!("{error}"));
         for method in METHODS {
             let below = EVEN_S.map(|step_s| {
-                let (first_step_s, largest_step_s) = (2.0 * step_s, 2.0 * step_s);
-                let growth = StepGrowth::Geometric { first_step_s, share: 1.0, largest_step_s };
+                let (first_step_s, max_step_s) = (2.0 * step_s, 2.0 * step_s);
+                let growth = StepGrowth::Geometric { first_step_s, share: 1.0, max_step_s };
                 let plan = plan(&case, &self.density, &TimeStepControl { growth, segments: vec![] });
                 let below_k = candidate::below_k(method, &plan, &nominal(&case));
                 if below_k < adapt::MAX_CONVERGENT_ERROR_K { format!("{below_k:.3}") } else { "runs away".to_owned() }

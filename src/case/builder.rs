@@ -39,8 +39,8 @@ use crate::limits::{FACTORS, SENSORS, TEMPERATURES};
 ///     back_face: Face::Open(OpenFace::insulated()),
 /// };
 /// let mut builder = CaseBuilder::new("felt", layup, exposure);
-/// let (side, lag_s, pyrometer) = (Side::Both, 0.0, None);
-/// builder.sensors.push(Sensor { name: "BACK".to_owned(), depth_m: 0.02, side, lag_s, pyrometer });
+/// let (side, time_constant_s, pyrometer) = (Side::Both, 0.0, None);
+/// builder.sensors.push(Sensor { name: "BACK".to_owned(), depth_m: 0.02, side, time_constant_s, pyrometer });
 /// let error = builder.clone().build().expect_err("the sensor lies outside the layup");
 /// assert_eq!(
 ///     error.to_string(),

@@ -50,7 +50,7 @@ pub struct Reaction {
     /// Pre-exponential factor A, 1/s.
     pub pre_exponential_1_s: f64,
     /// Activation energy E, J/mol.
-    pub activation_j_mol: f64,
+    pub activation_energy_j_mol: f64,
     /// Reaction order m.
     pub order: f64,
     /// Temperature below which the rate is zero, K; 0 for no onset.
@@ -149,12 +149,12 @@ pub struct Pores {
     /// Klinkenberg slip pressure b over temperature, Pa/K: in air 4 λp/(r T) = 9.33e-5 m/r Pa/K for a pore radius r.
     pub slip_pa_k: f64,
     /// Forchheimer's inertial coefficient, 1/m; 0 is Darcy's law.
-    pub inertia_1_m: f64,
+    pub forchheimer_1_m: f64,
 }
 
 impl Pores {
     /// Solid without pores.
-    pub const IMPERMEABLE: Self = Self { porosity: 0.0, permeability_m2: 0.0, slip_pa_k: 0.0, inertia_1_m: 0.0 };
+    pub const IMPERMEABLE: Self = Self { porosity: 0.0, permeability_m2: 0.0, slip_pa_k: 0.0, forchheimer_1_m: 0.0 };
 
     /// The volume fraction of gas, from 0 to below 1.
     pub(super) fn checked_porosity(porosity: f64) -> Result<f64, String> {
@@ -177,7 +177,7 @@ impl Pores {
         at.child("porosity").require(Self::checked_porosity(self.porosity));
         at.not_negative("permeability_m2", self.permeability_m2);
         at.not_negative("slip_pa_k", self.slip_pa_k);
-        at.not_negative("inertia_1_m", self.inertia_1_m);
+        at.not_negative("forchheimer_1_m", self.forchheimer_1_m);
         at.require(self.check_permeable());
     }
 }
@@ -200,17 +200,17 @@ impl Reaction {
     }
 
     /// The activation energy E, at least zero, J/mol.
-    pub(super) fn checked_activation(activation_j_mol: f64) -> Result<f64, String> {
-        if finite(activation_j_mol, format_args!("an activation energy of {activation_j_mol}"))? >= 0.0 {
-            return Ok(activation_j_mol);
+    pub(super) fn checked_activation(activation_energy_j_mol: f64) -> Result<f64, String> {
+        if finite(activation_energy_j_mol, format_args!("an activation energy of {activation_energy_j_mol}"))? >= 0.0 {
+            return Ok(activation_energy_j_mol);
         }
-        Err(format!("expected an activation energy of 0 J/mol or more, found {activation_j_mol} J/mol"))
+        Err(format!("expected an activation energy of 0 J/mol or more, found {activation_energy_j_mol} J/mol"))
     }
 
     fn check(&self, at: &FieldPath<'_>, heat: &PyrolysisHeat) {
         at.child("mass_loss").require(Self::checked_mass_loss(self.mass_loss));
         at.positive("pre_exponential_1_s", self.pre_exponential_1_s);
-        at.child("activation_j_mol").require(Self::checked_activation(self.activation_j_mol));
+        at.child("activation_energy_j_mol").require(Self::checked_activation(self.activation_energy_j_mol));
         at.child("order").require(Self::checked_order(self.order));
         at.not_negative("onset_temperature_k", self.onset_temperature_k);
         at.finite("heat_j_kg", self.heat_j_kg);

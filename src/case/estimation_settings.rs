@@ -67,7 +67,7 @@ pub struct EstimationSettings {
     /// Side constraints of the search.
     pub bounds: Bounds,
     /// Loss function.
-    pub loss: LossFunction,
+    pub loss_function: LossFunction,
     /// Gaussian prior: mean at the nominal value, these side constraints at two standard deviations. `None` for no
     /// prior.
     pub prior: Option<Bounds>,
@@ -108,8 +108,8 @@ impl EstimationSettings {
                 at.require(Self::checked_start(start, factor, self.bounds));
             }
         }
-        if let LossFunction::SoftL1 { width } | LossFunction::Huber { width } = self.loss {
-            at.positive("loss.width", width);
+        if let LossFunction::SoftL1 { width } | LossFunction::Huber { width } = self.loss_function {
+            at.positive("loss_function.width", width);
         }
     }
 }

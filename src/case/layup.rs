@@ -162,7 +162,7 @@ pub struct Sensor {
     /// Side of the interface; without effect inside a ply.
     pub side: Side,
     /// Time constant of the first-order lag of the bead, s; 0 for none.
-    pub lag_s: f64,
+    pub time_constant_s: f64,
     /// The pyrometer, which reads a brightness temperature; `None` for a thermocouple. Its depth and lag are 0.
     pub pyrometer: Option<Pyrometer>,
 }
@@ -192,10 +192,10 @@ impl Sensor {
     /// Record all errors of the fields; the depth is compared with a valid layup.
     pub(super) fn check(&self, at: &FieldPath<'_>, layup: Option<&Layup>) {
         at.child("name").require(Self::checked_name(&self.name));
-        at.not_negative("lag_s", self.lag_s);
+        at.not_negative("time_constant_s", self.time_constant_s);
         if let Some(pyrometer) = &self.pyrometer {
             pyrometer.check(&at.child("pyrometer"));
-            if self.depth_m != 0.0 || self.lag_s != 0.0 {
+            if self.depth_m != 0.0 || self.time_constant_s != 0.0 {
                 at.error("expected a depth and a lag of 0 of a pyrometer, which looks at the hot face");
             }
         }

@@ -25,9 +25,9 @@ pub struct Resolution {
     /// First time step after each corner of a schedule, s.
     pub first_step_s: f64,
     /// Upper limit of a time step relative to the time since the last corner.
-    pub growth: f64,
+    pub step_growth: f64,
     /// Upper limit of a time step, s.
-    pub largest_step_s: f64,
+    pub max_step_s: f64,
     /// Interval between output instants, s; the times of observations are added.
     pub output_interval_s: f64,
 }
@@ -67,11 +67,11 @@ impl Resolution {
     }
 
     /// The first time step, s; it cannot be above the largest.
-    pub(super) fn checked_first_step_s(first_step_s: f64, largest_step_s: f64) -> Result<f64, String> {
-        if positive(first_step_s, format_args!("a first step of {first_step_s} s"))? <= largest_step_s {
+    pub(super) fn checked_first_step_s(first_step_s: f64, max_step_s: f64) -> Result<f64, String> {
+        if positive(first_step_s, format_args!("a first step of {first_step_s} s"))? <= max_step_s {
             return Ok(first_step_s);
         }
-        Err(format!("expected a first step of at most {largest_step_s} s, the largest step, found {first_step_s} s"))
+        Err(format!("expected a first step of at most {max_step_s} s, the largest step, found {first_step_s} s"))
     }
 
     /// Refuse more time steps, or more cells times steps, than the limits. The arguments are those of
@@ -80,7 +80,7 @@ impl Resolution {
         let steps = self.max_steps(corners_s, instants, duration_s);
         let stated = format!(
             " with a first step of {} s, a largest step of {} s, a growth of {} and a duration of {duration_s} s",
-            self.first_step_s, self.largest_step_s, self.growth
+            self.first_step_s, self.max_step_s, self.step_growth
         );
         STEPS.check(steps).map_err(|message| message + &stated)?;
         CELL_STEPS
@@ -104,22 +104,23 @@ impl Resolution {
     /// Steps from a corner of a schedule to the next, after `leg_s`: first steps of one length, then growing ones, then
     /// the largest. The coarse plan, of half as many steps, grows twice as fast.
     fn max_steps_after_corner(&self, leg_s: f64) -> f64 {
-        let (first_s, largest_s) = (self.first_step_s, self.largest_step_s);
-        let [grows_s, grown_s] = [first_s, largest_s].map(|step_s| leg_s.min(step_s / self.growth));
-        let growing = if grows_s > 0.0 { 2.0 * (grown_s / grows_s).ln() / (2.0 * self.growth).ln_1p() } else { 0.0 };
+        let (first_s, largest_s) = (self.first_step_s, self.max_step_s);
+        let [grows_s, grown_s] = [first_s, largest_s].map(|step_s| leg_s.min(step_s / self.step_growth));
+        let growing =
+            if grows_s > 0.0 { 2.0 * (grown_s / grows_s).ln() / (2.0 * self.step_growth).ln_1p() } else { 0.0 };
         grows_s / first_s + growing + (leg_s - grown_s) / largest_s + STEPS_PER_END
     }
 
     /// Record all errors of the fields, for a number of plies and a duration. Returns whether there is none.
     pub(super) fn check(&self, at: &FieldPath<'_>, plies: usize, duration_s: f64) -> bool {
         let every = Self::checked_output_interval_s(self.output_interval_s, duration_s);
-        let first_step = Self::checked_first_step_s(self.first_step_s, self.largest_step_s);
+        let first_step = Self::checked_first_step_s(self.first_step_s, self.max_step_s);
         let valid = [
             at.child("tolerance_k").require(self.tolerance_k.map_or(Ok(0.0), |k| positive(k, k))).is_some(),
             at.child("cells").require(Self::checked_cells(self.cells as f64, plies)).is_some(),
-            at.child("largest_step_s").require(positive(self.largest_step_s, self.largest_step_s)).is_some(),
+            at.child("max_step_s").require(positive(self.max_step_s, self.max_step_s)).is_some(),
             at.child("first_step_s").require(first_step).is_some(),
-            at.child("growth").require(Self::checked_growth(self.growth)).is_some(),
+            at.child("step_growth").require(Self::checked_growth(self.step_growth)).is_some(),
             at.child("output_interval_s").require(every).is_some(),
         ];
         valid == [true; 6]
@@ -133,8 +134,8 @@ impl Default for Resolution {
             tolerance_k: Some(0.05),
             cells: 160,
             first_step_s: 0.005,
-            growth: 0.05,
-            largest_step_s: 0.5,
+            step_growth: 0.05,
+            max_step_s: 0.5,
             output_interval_s: 1.0,
         }
     }

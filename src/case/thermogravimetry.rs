@@ -17,7 +17,7 @@ impl Reaction {
         if temperature_k < self.onset_temperature_k {
             return 0.0;
         }
-        self.pre_exponential_1_s * (-self.activation_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k)).exp()
+        self.pre_exponential_1_s * (-self.activation_energy_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k)).exp()
     }
 
     /// Reactant fraction after a step from the fraction `share`; `turns` is the integral of the rate constant over the
@@ -116,7 +116,7 @@ mod tests {
         let reaction = Reaction {
             mass_loss: 0.3,
             pre_exponential_1_s: rate_1_s,
-            activation_j_mol: 0.0,
+            activation_energy_j_mol: 0.0,
             order: 1.0,
             onset_temperature_k: 0.0,
             heat_j_kg: 0.0,

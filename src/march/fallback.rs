@@ -174,7 +174,7 @@ mod tests {
 
     fn case() -> Case {
         let mut case = Case::load("cases/slab".as_ref()).expect("a shipped case");
-        case.resolution = Resolution { cells: 8, largest_step_s: 20.0, growth: 1.0, ..Resolution::default() };
+        case.resolution = Resolution { cells: 8, max_step_s: 20.0, step_growth: 1.0, ..Resolution::default() };
         case
     }
 

@@ -106,7 +106,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             porosity = porosity + phases[state] * R::splat(row.porosity);
             permeability = permeability + phases[state] * R::splat(row.permeability_m2);
             slip = slip + phases[state] * R::splat(row.slip_pa_k);
-            inertia = inertia + phases[state] * R::splat(row.inertia_1_m);
+            inertia = inertia + phases[state] * R::splat(row.forchheimer_1_m);
         }
         let mobility = self.scales.plies[p].permeability * permeability / (viscosity_pa_s * thickness_ratio);
         let density_s2_m2 = molar_kg_k_j / temperature_k;

@@ -9,11 +9,11 @@ use super::compensated::opaque;
 use super::exponential::{decay, exponential, logarithm, power};
 use crate::plan::layout::Reaction;
 
-/// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `kinetics` scales A;
+/// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `pre_exponential` scales A;
 /// `gradient_cosine` is E/RT.
 #[inline(always)]
-pub fn arrhenius_rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, steepness: R) -> R {
-    let constant = kinetics * R::splat(reaction.rate_1_s) * exponential(-steepness);
+pub fn arrhenius_rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, pre_exponential: R, steepness: R) -> R {
+    let constant = pre_exponential * R::splat(reaction.rate_1_s) * exponential(-steepness);
     if reaction.onset_k == R::scalar(0.0) {
         return constant;
     }

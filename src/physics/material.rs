@@ -16,7 +16,7 @@ pub struct PlyScale<R> {
     pub mass_kg_m3: R,
     pub thickness: R,
     /// Factors on rate constants, activation energies and heats of reaction.
-    pub kinetics: R,
+    pub pre_exponential: R,
     pub activation: R,
     pub pyrolysis_heat: R,
     /// Factor on the mass lost, such that the char yield is scaled by its own factor.
@@ -122,7 +122,7 @@ pub fn ply_scale<R: Real>(
         heat_capacity: column(ply.heat_capacity),
         mass_kg_m3: density * thickness,
         thickness,
-        kinetics: column(ply.kinetics),
+        pre_exponential: column(ply.pre_exponential),
         activation: column(ply.activation),
         pyrolysis_heat: column(ply.pyrolysis_heat),
         loss,

@@ -85,7 +85,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for i in 0..temperatures.len() {
             per_kelvin[i] = one / (temperatures[i].high + first[i] * half);
         }
-        let kinetics_s = scale.kinetics * step_length_s;
+        let scaled_step_s = scale.pre_exponential * step_length_s;
         let advancements = &self.reactions.advancements[cells.start * stride..cells.end * stride];
         let exposures = &mut self.reactions.exposures[cells.start * stride..cells.end * stride];
         for j in 0..(ply.end_reaction - ply.first_reaction) as usize {
@@ -101,7 +101,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let mut exposure = zero;
                 if live.any_nonzero() {
                     let temperature_k = temperatures[i].high + first[i] * half;
-                    exposure = arrhenius_rate(reaction, temperature_k, kinetics_s, steepness) * live;
+                    exposure = arrhenius_rate(reaction, temperature_k, scaled_step_s, steepness) * live;
                 }
                 exposures[i * stride + j] = exposure;
             }

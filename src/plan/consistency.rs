@@ -99,7 +99,7 @@ impl Plan {
                 ply.heat_capacity,
                 ply.density,
                 ply.thickness,
-                ply.kinetics,
+                ply.pre_exponential,
                 ply.activation,
                 ply.pyrolysis_heat,
                 ply.char_yield,

@@ -34,7 +34,7 @@ impl Plan {
             name: String::new(),
             depth_m: depth.depth_m,
             side: if let ReadingPlace::Face(side) = place { *side } else { Side::Both },
-            lag_s: 0.0,
+            time_constant_s: 0.0,
             pyrometer: None,
         };
         let sensors = readings.iter().map(|(depth, place)| sensor(depth, place)).collect();
@@ -168,7 +168,7 @@ mod tests {
             let (at_sensors, at_depths) = (march(&plan), march(&profile));
             let close_m = 1e-9;
             for (index, sensor) in case.sensors.iter().enumerate() {
-                if sensor.lag_s > 0.0 {
+                if sensor.time_constant_s > 0.0 {
                     continue;
                 }
                 let here: Vec<usize> =

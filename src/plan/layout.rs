@@ -152,7 +152,7 @@ rows! {
         heat_capacity,
         density,
         thickness,
-        kinetics,
+        pre_exponential,
         activation,
         pyrolysis_heat,
         char_yield,
@@ -197,7 +197,7 @@ rows! {
         permeability_m2,
         /// Klinkenberg slip pressure over temperature.
         slip_pa_k,
-        inertia_1_m,
+        forchheimer_1_m,
         /// Enthalpy at the first table node, where the tables start at zero, J/kg.
         formation_j_kg,
         /// Multiple of the virgin conductivity and heat capacity, where the tables hold the virgin state alone.

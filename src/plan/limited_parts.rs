@@ -19,8 +19,13 @@ impl LimitReading {
 
     fn of_part(case: &Case, part: LimitedPart) -> Option<Self> {
         let faces_m = case.layup.interfaces_m();
-        let face =
-            |ply: usize, side| Sensor { name: String::new(), depth_m: faces_m[ply], side, lag_s: 0.0, pyrometer: None };
+        let face = |ply: usize, side| Sensor {
+            name: String::new(),
+            depth_m: faces_m[ply],
+            side,
+            time_constant_s: 0.0,
+            pyrometer: None,
+        };
         match part {
             LimitedPart::Sensor(_) => None,
             LimitedPart::Interface(ply) => {

@@ -405,7 +405,7 @@ fn held_readings(
     held.flat_map(|(face, (_, depth_m))| {
         let sensors = case.sensors.iter().zip(places).enumerate();
         let here = sensors.filter(move |(_, (sensor, place))| {
-            sensor.lag_s == 0.0 && place.depth == 0 && (sensor.depth_m - depth_m).abs() <= close_m
+            sensor.time_constant_s == 0.0 && place.depth == 0 && (sensor.depth_m - depth_m).abs() <= close_m
         });
         here.map(move |(sensor, _)| HeldReading {
             sensor,

@@ -95,10 +95,10 @@ pub(super) fn records_at_steps(time_grid: &TimeGrid) -> Vec<u32> {
 pub(super) fn lag_weights(case: &Case, time_grid: &TimeGrid, readings: usize) -> Vec<Bead<f64>> {
     let mut beads = Vec::with_capacity(time_grid.times_s.len() * readings);
     for step in time_grid.times_s.windows(2) {
-        let lags_s = case.sensors.iter().map(|sensor| sensor.lag_s);
-        for lag_s in lags_s.chain(std::iter::repeat(0.0)).take(readings) {
-            beads.push(if lag_s > 0.0 {
-                let lags = (step[1] - step[0]) / lag_s;
+        let lags_s = case.sensors.iter().map(|sensor| sensor.time_constant_s);
+        for time_constant_s in lags_s.chain(std::iter::repeat(0.0)).take(readings) {
+            beads.push(if time_constant_s > 0.0 {
+                let lags = (step[1] - step[0]) / time_constant_s;
                 let mean = -(-lags).exp_m1() / lags;
                 Bead { start: mean - (-lags).exp(), end: 1.0 - mean }
             } else {

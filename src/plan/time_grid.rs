@@ -43,7 +43,7 @@ pub enum StepGrowth {
         /// Ratio of a step to the time since the corner.
         share: f64,
         /// Largest step, s.
-        largest_step_s: f64,
+        max_step_s: f64,
     },
     /// `h = coefficient τ^(1 − 1/GRADING_EXPONENT)`, in s^(1/GRADING_EXPONENT): the time since the corner is a power of
     /// the step number. Instants are interpolated between steps.
@@ -77,8 +77,8 @@ impl TimeStepControl {
     pub fn scaled(resolution: &Resolution, times: f64) -> Self {
         let growth = StepGrowth::Geometric {
             first_step_s: resolution.first_step_s * times,
-            share: resolution.growth * times,
-            largest_step_s: resolution.largest_step_s * times,
+            share: resolution.step_growth * times,
+            max_step_s: resolution.max_step_s * times,
         };
         Self { growth, segments: Vec::new() }
     }
@@ -94,10 +94,10 @@ impl StepGrowth {
     /// is linear in [`graded_time`](Self::graded_time).
     fn count_steps(self, from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
         match self {
-            Self::Geometric { first_step_s, share, largest_step_s } => {
+            Self::Geometric { first_step_s, share, max_step_s } => {
                 let (mut counted, mut time_s, mut steps) = (vec![(from_s, 0.0)], from_s, 0.0);
                 while time_s < to_s {
-                    let step_s = (share * time_s).clamp(first_step_s, largest_step_s);
+                    let step_s = (share * time_s).clamp(first_step_s, max_step_s);
                     steps += ((to_s - time_s) / step_s).min(1.0);
                     time_s = if time_s + step_s < to_s { time_s + step_s } else { to_s };
                     counted.push((time_s, steps));
@@ -259,13 +259,13 @@ mod tests {
     fn a_case_bounds_its_number_of_steps_closely_from_above() {
         for id in ["slab", "lcat-2259", "lcat-2259-tc3", "permeation", "stack-saffil-sic"] {
             let case = Case::load(format!("cases/{id}").as_ref()).expect("a shipped case");
-            for (first_step_s, growth, largest_step_s) in
+            for (first_step_s, growth, max_step_s) in
                 [(0.005, 0.05, 0.5), (0.1, 1.0, 10.0), (0.01, 0.01, 0.01), (1e-5, 0.5, 100.0), (0.02, 0.01, 5.0)]
             {
                 let mut builder = case.to_builder();
                 let resolution = &mut builder.resolution;
-                (resolution.first_step_s, resolution.growth, resolution.largest_step_s) =
-                    (first_step_s, growth, largest_step_s);
+                (resolution.first_step_s, resolution.step_growth, resolution.max_step_s) =
+                    (first_step_s, growth, max_step_s);
                 let case = builder.build().expect("a valid case");
                 let corners_s = case.exposure.schedules().flat_map(|schedule| schedule.times_s.iter().copied());
                 let (instants, duration_s) = (instants_s(&case).len(), case.exposure.duration_s);

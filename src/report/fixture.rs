@@ -174,7 +174,7 @@ fn case() -> Case {
             name: format!("TC{}", n + 1),
             depth_m,
             side: Side::Both,
-            lag_s: 0.0,
+            time_constant_s: 0.0,
             pyrometer: None,
         })
         .collect();
@@ -250,8 +250,8 @@ fn case() -> Case {
             tolerance_k: None,
             cells: 64,
             first_step_s: 0.01,
-            growth: 0.05,
-            largest_step_s: 0.5,
+            step_growth: 0.05,
+            max_step_s: 0.5,
             output_interval_s: 0.5,
         },
         input_files: Default::default(),

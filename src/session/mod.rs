@@ -15,6 +15,7 @@ mod error;
 mod log_parts;
 #[cfg(feature = "serde")]
 mod merge;
+mod open_march;
 mod options;
 #[cfg(feature = "serde")]
 mod plan_cache;
@@ -49,8 +50,8 @@ pub use sweep_merger::SweepMerger;
 use crate::adapt::adapt_monitored;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
-use crate::march::monitor::{Monitor, MonitoredMarch};
-use crate::march::{Backend, March, MarchError, Precision, backend_selection, march_all};
+use crate::march::monitor::Monitor;
+use crate::march::{Backend, March, MarchError, Precision};
 use crate::plan::Plan;
 #[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
@@ -74,6 +75,7 @@ use crate::study::work_log::{NoLog, WorkLog};
 use crate::traces::Traces;
 #[cfg(feature = "serde")]
 use checkpoint::{FITS, MARCHES};
+use open_march::{OpenMarch, in_pool};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use running_study::RunningStudy;
 #[cfg(feature = "serde")]
@@ -100,13 +102,6 @@ pub struct Session {
     opening: OpeningTime,
     depth_profiles: Option<ProfileInstants>,
     answers: Option<Answers>,
-}
-
-/// A march, with the choices that it was opened for.
-struct OpenMarch {
-    precision: Option<Precision>,
-    seeks_hardware: bool,
-    march: MonitoredMarch,
 }
 
 /// Time that opening the session took. The first study includes it in its report.
@@ -430,63 +425,6 @@ impl Session {
         })
     }
 
-    /// Temperatures, K, in order of member, sensor and instant, for stated values of the factors, and the status of
-    /// each member.
-    ///
-    /// # Errors
-    /// When the rows do not have one value per factor, the device fails or the march is cancelled.
-    pub fn march(&mut self, points: &Ensemble) -> Result<Traces, SessionError> {
-        let mut traces = Traces::empty(0, self.plan.sensors, self.plan.instants_s.len());
-        traces.temperatures_k.reserve_exact(points.len() * traces.sensors * traces.instants);
-        self.march_batches(points, true, &mut |batch| traces.extend(batch, 0..batch.members()))?;
-        Ok(traces)
-    }
-
-    /// [`march`](Self::march), with a function that is called with every batch of members, in place of the traces of
-    /// all. As in a sweep, gauges are not recorded.
-    ///
-    /// # Errors
-    /// As [`march`](Self::march).
-    pub fn march_with(
-        &mut self,
-        points: &Ensemble,
-        take: &mut (dyn FnMut(&Traces) + Send),
-    ) -> Result<(), SessionError> {
-        self.march_batches(points, false, take)
-    }
-
-    fn march_batches(
-        &mut self,
-        points: &Ensemble,
-        has_gauges: bool,
-        take: &mut (dyn FnMut(&Traces) + Send),
-    ) -> Result<(), SessionError> {
-        self.check_points(points, &[])?;
-        self.with_march(points.len(), self.options.precision, |plan, march| {
-            march.begin_sweep(points.len());
-            let without_gauges;
-            let plan = if has_gauges {
-                plan
-            } else {
-                without_gauges = plan.clone().without_gauges();
-                &without_gauges
-            };
-            Ok(march_all(march, plan, points, &mut |batch| take(&batch))?)
-        })
-    }
-
-    /// [`march`](Self::march) with exact derivatives: each member is followed by its derivatives with respect to each
-    /// of `factors` (indices), stored as further members. `None` if the backend has no derivatives.
-    ///
-    /// # Errors
-    /// As [`march`](Self::march), and when there is no such factor.
-    pub fn tangents(&mut self, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, SessionError> {
-        self.check_points(points, factors)?;
-        self.with_march(points.len() * (1 + factors.len()), self.options.precision, |plan, march| {
-            Ok(march.tangents(plan, points, factors)?)
-        })
-    }
-
     /// Write the report of the last study into a folder, as the command does: the page, figures, tables and
     /// `summary.json`. Returns the paths of the files, `summary.json` last.
     ///
@@ -504,21 +442,6 @@ impl Session {
     #[cfg(feature = "report")]
     pub fn summary(&self) -> Result<String, SessionError> {
         Ok(self.answers.as_ref().ok_or_else(nothing_to_report)?.summary())
-    }
-
-    fn check_points(&self, points: &Ensemble, factors: &[usize]) -> Result<(), SessionError> {
-        let count = self.case.factors.len();
-        if points.factors() != count {
-            let message = format!(": rows of {} values, expected one for each of {count} factors", points.factors());
-            return Err(InputError::for_option("points", message).into());
-        }
-        match factors.iter().find(|&&factor| factor >= count) {
-            None => Ok(()),
-            Some(factor) => {
-                let message = format!(": no factor {factor}, expected an index below {count}");
-                Err(InputError::for_option("factors", message).into())
-            }
-        }
     }
 
     /// Run a study and store its answers. `auto` chooses the backend by the number of `members`.
@@ -562,34 +485,6 @@ impl Session {
         })?;
         Ok((answer, self.answers.insert(answers)))
     }
-
-    /// Call `work` with the march for a number of members, on the threads of the session.
-    fn with_march<T: Send>(
-        &mut self,
-        members: usize,
-        precision: Option<Precision>,
-        work: impl FnOnce(&Plan, &mut MonitoredMarch) -> Result<T, SessionError> + Send,
-    ) -> Result<T, SessionError> {
-        self.options.cancel.check()?;
-        let index = self.open_march(members, precision)?;
-        let (plan, march) = (&self.plan, &mut self.marches[index].march);
-        march.restart();
-        in_pool(self.pool.as_ref(), || work(plan, march))
-    }
-
-    /// The index of the march for a number of members and a precision, which is opened if it is not yet.
-    fn open_march(&mut self, members: usize, precision: Option<Precision>) -> Result<usize, SessionError> {
-        let choice = backend_selection::BackendOptions { precision, ..self.options.choice() };
-        let seeks_hardware = backend_selection::considers_gpu(&choice, &self.plan, members);
-        let is_open = |open: &OpenMarch| (open.precision, open.seeks_hardware) == (precision, seeks_hardware);
-        if let Some(index) = self.marches.iter().position(is_open) {
-            return Ok(index);
-        }
-        let march = in_pool(self.pool.as_ref(), || backend_selection::open_extrapolated(&choice, &self.plan, members))?;
-        let march = MonitoredMarch::new(march, self.options.monitor());
-        self.marches.push(OpenMarch { precision, seeks_hardware, march });
-        Ok(self.marches.len() - 1)
-    }
 }
 
 /// The plan of a case: kept by an earlier session, or adapted now.
@@ -616,13 +511,6 @@ fn with_tolerance(case: Case, tolerance_k: Option<f64>) -> Case {
     match tolerance_k {
         Some(tolerance_k) => case.with_tolerance_k(tolerance_k),
         None => case,
-    }
-}
-
-fn in_pool<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
-    match pool {
-        Some(pool) => pool.install(work),
-        None => work(),
     }
 }
 

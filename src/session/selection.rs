@@ -57,7 +57,7 @@ impl FitOptions {
         }
         set_starts(&cases, &mut estimates, &self.start)?;
         for estimate in &mut estimates {
-            estimate.loss = self.loss.unwrap_or(estimate.loss);
+            estimate.loss_function = self.loss.unwrap_or(estimate.loss_function);
             estimate.prior = self.prior.unwrap_or(estimate.prior);
         }
         let cases = cases.into_iter().zip(estimates).map(|(case, estimate)| case.with_estimate(estimate)).collect();

@@ -159,7 +159,7 @@ fn cases() -> Vec<Case> {
         Face::Held(Schedule { times_s: vec![0.0, 40.0, 200.0], values: vec![300.0, 1500.0, 500.0] });
     held.factors.retain(|factor| factor.property != Property::Heating);
     for case in [&mut flexible, &mut held] {
-        case.resolution = Resolution { cells: 64, growth: 0.1, largest_step_s: 1.0, ..case.resolution };
+        case.resolution = Resolution { cells: 64, step_growth: 0.1, max_step_s: 1.0, ..case.resolution };
     }
     vec![flexible, held]
 }

@@ -117,7 +117,7 @@ fn kirchhoff_cosine(cells: usize, step_s: f64, wave_s: f64) -> Problem {
         back_face: insulated_face(),
         cells,
         first_step_s: step_s,
-        growth: 1.0,
+        step_growth: 1.0,
     };
     let mut problem = Problem::new(Group::Orders, "cosine", setting, vec![check]).with_equal_steps(step_s);
     // Linear interpolation between so many points is accurate to 1e-6 of the smallest error measured.

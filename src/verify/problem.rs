@@ -120,13 +120,13 @@ pub struct ProblemSetup {
     /// First step after a corner of a schedule, s.
     pub first_step_s: f64,
     /// Largest step as a share of the time since the last corner.
-    pub growth: f64,
+    pub step_growth: f64,
 }
 
 impl Problem {
     /// A problem that ends at the last of its reference points.
     pub fn new(group: Group, name: &str, setting: ProblemSetup, mut checks: Vec<Check>) -> Self {
-        let ProblemSetup { plies, start_k, hot_face, back_face, cells, first_step_s, growth } = setting;
+        let ProblemSetup { plies, start_k, hot_face, back_face, cells, first_step_s, step_growth } = setting;
         let layup = layup(plies);
         for point in checks.iter_mut().flat_map(|check| &mut check.points) {
             if let Observable::Depth(depth_m) = &mut point.observable {
@@ -164,8 +164,8 @@ impl Problem {
                 tolerance_k: None,
                 cells,
                 first_step_s,
-                growth,
-                largest_step_s: duration_s,
+                step_growth,
+                max_step_s: duration_s,
                 output_interval_s: duration_s,
             },
         };
@@ -179,15 +179,15 @@ impl Problem {
     }
 
     /// The problem with a given number of cells and step growth, without adaptation.
-    pub fn with_cells(mut self, cells: usize, growth: f64) -> Self {
-        self.case.resolution = Resolution { tolerance_k: None, cells, growth, ..self.case.resolution };
+    pub fn with_cells(mut self, cells: usize, step_growth: f64) -> Self {
+        self.case.resolution = Resolution { tolerance_k: None, cells, step_growth, ..self.case.resolution };
         self
     }
 
     /// The problem with equal steps.
     pub fn with_equal_steps(mut self, step_s: f64) -> Self {
         self.case.resolution =
-            Resolution { first_step_s: step_s, growth: 1.0, largest_step_s: step_s, ..self.case.resolution };
+            Resolution { first_step_s: step_s, step_growth: 1.0, max_step_s: step_s, ..self.case.resolution };
         self
     }
 
@@ -360,7 +360,7 @@ fn sensors(points: &[ReferencePoint]) -> Vec<Sensor> {
             name: format!("{:.4} mm", 1e3 * depth_m),
             depth_m,
             side: Side::Both,
-            lag_s: 0.0,
+            time_constant_s: 0.0,
             pyrometer: None,
         })
         .collect()

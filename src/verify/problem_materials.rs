@@ -10,11 +10,11 @@ use std::sync::Arc;
 
 /// A reaction that turns a share of the virgin mass into gas and absorbs heat, J per kg of gas.
 pub(super) fn reaction(loss: f64, arrhenius: Arrhenius, heat_j_kg: f64) -> Reaction {
-    let Arrhenius { rate_1_s, activation_j_mol, order, onset_k } = arrhenius;
+    let Arrhenius { rate_1_s, activation_energy_j_mol, order, onset_k } = arrhenius;
     Reaction {
         mass_loss: loss,
         pre_exponential_1_s: rate_1_s,
-        activation_j_mol,
+        activation_energy_j_mol,
         order,
         onset_temperature_k: onset_k,
         heat_j_kg,

@@ -233,18 +233,25 @@ fn a_case_with_large_model_error_converges_in_twenty_iterations_for_every_loss()
         let search = SearchOptions { landscape: false, profiles, ..SearchOptions::for_precision(Precision::F64) };
         estimate(&[(case, &plan)], &mut march, &search).expect("an estimate")
     };
-    for (loss, prior) in losses {
+    for (loss_function, prior) in losses {
         let case = case("lcat-2259");
         let sensor = |name: &str| case.sensors().iter().position(|sensor| sensor.name == name).expect("a sensor");
         let factor = |name: &str| case.factors().iter().position(|factor| factor.name == name).expect("a factor");
         let insulator = factor("f_k_INS");
         let (sensors, factors) = (["TC3", "TC4"].map(sensor).to_vec(), vec![factor("f_k_OF"), insulator]);
         let window_s = Some((0.0, 200.0));
-        let estimate =
-            EstimationSettings { factors, sensors, window_s, start: Vec::new(), bounds: Bounds::Large, loss, prior };
+        let estimate = EstimationSettings {
+            factors,
+            sensors,
+            window_s,
+            start: Vec::new(),
+            bounds: Bounds::Large,
+            loss_function,
+            prior,
+        };
         let case = modified(&case, |case| case.estimate = estimate);
         let found = fitted(&case);
-        let loss = RobustLoss::from(loss);
+        let loss = RobustLoss::from(loss_function);
         assert!(
             found.converged && found.iterations.len() - 1 <= 20,
             "{loss}: {} in {}",

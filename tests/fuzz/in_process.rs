@@ -36,8 +36,8 @@ fn coarse(case: &Case) -> Option<Case> {
     resolution.tolerance_k = None;
     resolution.cells = (4 * builder.layup.plies.len()).max(16);
     resolution.first_step_s = duration_s / 400.0;
-    resolution.largest_step_s = duration_s / 40.0;
-    resolution.growth = 0.5;
+    resolution.max_step_s = duration_s / 40.0;
+    resolution.step_growth = 0.5;
     resolution.output_interval_s = duration_s / 10.0;
     builder.build().ok()
 }

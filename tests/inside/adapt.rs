@@ -71,7 +71,13 @@ fn after_a_temperature_jump_at_the_start_the_reported_error_holds_and_the_energy
     let case = modified(&case("lcat-2259-tc3"), |case| {
         case.exposure.hot_face = Face::Held(schedule(&[0.0, 0.0], &[300.0, 800.0]));
         let depth_m = case.layup.origin_m + 0.3e-3;
-        case.sensors.push(Sensor { name: "NEAR".to_owned(), depth_m, side: Side::Both, lag_s: 0.0, pyrometer: None });
+        case.sensors.push(Sensor {
+            name: "NEAR".to_owned(),
+            depth_m,
+            side: Side::Both,
+            time_constant_s: 0.0,
+            pyrometer: None,
+        });
     });
     let plan = adapt(&case).expect("the processor does not fail");
     let reached = plan.error_estimate.as_ref().expect("an adapted plan has an estimate");

@@ -36,8 +36,8 @@ struct Marched {
 fn coarsened(case: Case) -> Case {
     modified(&case, |case| {
         case.resolution.cells = 40;
-        case.resolution.growth = 0.2;
-        case.resolution.largest_step_s = 2.0;
+        case.resolution.step_growth = 0.2;
+        case.resolution.max_step_s = 2.0;
     })
 }
 

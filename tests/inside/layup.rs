@@ -228,7 +228,7 @@ fn at_rest(side: Side) -> Case {
         case.layup.plies[1].material = constant(0.04);
         case.exposure.duration_s = 4e4;
         case.resolution =
-            Resolution { cells: 40, growth: 0.2, largest_step_s: 1e3, output_interval_s: 4e4, ..case.resolution };
+            Resolution { cells: 40, step_growth: 0.2, max_step_s: 1e3, output_interval_s: 4e4, ..case.resolution };
         case.sensors[0].side = side;
     });
     with_factor(&case, "TC1", Property::SensorDepth)

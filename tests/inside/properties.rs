@@ -193,8 +193,8 @@ fn the_energy_imbalance_of_reactions_is_of_second_order_in_the_step() {
         let residual = |share: f64| {
             let case = modified(&case, |case| {
                 case.resolution.first_step_s *= share;
-                case.resolution.largest_step_s *= share;
-                case.resolution.growth *= share;
+                case.resolution.max_step_s *= share;
+                case.resolution.step_growth *= share;
             });
             marched(&case, &nominal_and_random(&case, 0), Precision::F64).balances[0].residual().abs()
         };
@@ -282,10 +282,10 @@ fn a_member_of_very_low_permeability_completes() {
 #[test]
 fn a_larger_lag_delays_and_lowers_the_peak() {
     let lags_s = [0.0, 1.0, 2.0, 4.0, 8.0];
-    let peaks = lags_s.map(|lag_s| {
+    let peaks = lags_s.map(|time_constant_s| {
         let case = modified(&coarse(), |case| {
             case.resolution.output_interval_s = 0.25;
-            case.sensors.iter_mut().for_each(|sensor| sensor.lag_s = lag_s);
+            case.sensors.iter_mut().for_each(|sensor| sensor.time_constant_s = time_constant_s);
         });
         let plan = Plan::new(&case);
         let traces = marched(&case, &Ensemble::nominal(case.factors()), Precision::F64);

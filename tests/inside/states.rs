@@ -16,7 +16,7 @@ use std::sync::Arc;
 fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
     let case = modified(&case("tacot-conductivity"), |case| {
         (case.factors, case.estimate) = (factors, EstimationSettings::default());
-        (case.resolution.cells, case.resolution.largest_step_s) = (40, 2.0);
+        (case.resolution.cells, case.resolution.max_step_s) = (40, 2.0);
     });
     let ensemble = Ensemble::from_values(values.len(), values.to_vec());
     let traces = Cpu::new(Precision::F64).march(&Plan::new(&case), &ensemble, 0..1);
@@ -40,7 +40,7 @@ fn equal_factors_on_all_states_equal_one_factor_and_single_ones_differ() {
 /// ply, and temperatures.
 fn with_char(heat_capacity: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
     let case = modified(&case("lcat-2259-pyrolysis"), |case| {
-        (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
+        (case.resolution.cells, case.resolution.max_step_s) = (60, 2.0);
         for ply in &mut case.layup.plies {
             let decomposition = Arc::make_mut(&mut ply.material).decomposition.iter_mut();
             for char in decomposition.flat_map(|decomposition| &mut decomposition.residues) {
@@ -78,7 +78,7 @@ fn a_char_that_is_a_multiple_of_the_virgin_material_equals_one_with_table_rows()
 fn a_front_passes_between_plies_of_one_material_of_which_one_has_a_factor() {
     const INTERFACE_M: f64 = 4.02e-3;
     let case = modified(&case("lcat-2259-pyrolysis"), |case| {
-        (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
+        (case.resolution.cells, case.resolution.max_step_s) = (60, 2.0);
     });
     let fronts_m = |case: &Case| {
         let (plan, nominal) = (Plan::new(case), Ensemble::nominal(case.factors()));

@@ -109,7 +109,7 @@ fn reaction(
     Ok(Reaction {
         mass_loss: loss,
         pre_exponential_1_s: rate_1_s? * remainder.powf(order - 1.0),
-        activation_j_mol: activation?,
+        activation_energy_j_mol: activation?,
         order,
         onset_temperature_k: onset_k?,
         heat_j_kg: heat_j_kg?,

@@ -135,9 +135,16 @@ fn sensor(section: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Sensor
     if keyword(section, "kind", &[("thermocouple", false), ("pyrometer", true)])? {
         let pyrometer = pyrometer(section);
         section.deny_unknown_keys();
-        return Ok(Sensor { name: name?, depth_m: 0.0, side: Side::Both, lag_s: 0.0, pyrometer: Some(pyrometer?) });
+        return Ok(Sensor {
+            name: name?,
+            depth_m: 0.0,
+            side: Side::Both,
+            time_constant_s: 0.0,
+            pyrometer: Some(pyrometer?),
+        });
     }
-    let lag_s = section.optional("time_constant").map_or(Ok(0.0), |written| written.not_negative(Dimension::Time));
+    let time_constant_s =
+        section.optional("time_constant").map_or(Ok(0.0), |written| written.not_negative(Dimension::Time));
     let depth_m = match (section.optional("below"), section.optional("depth")) {
         (Some(below), None) => depth_below_ply_m(below, layup),
         (None, Some(depth)) => {
@@ -155,7 +162,7 @@ fn sensor(section: &TableReader<'_>, layup: Option<&Layup>) -> ReadResult<Sensor
     });
     section.allow_keys(&[LIMIT]);
     section.deny_unknown_keys();
-    Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, lag_s: lag_s?, pyrometer: None })
+    Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, time_constant_s: time_constant_s?, pyrometer: None })
 }
 
 fn pyrometer(section: &TableReader<'_>) -> ReadResult<Pyrometer> {

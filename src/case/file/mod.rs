@@ -388,11 +388,11 @@ fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) 
         };
     let growth = section
         .optional("step_growth")
-        .map_or(Ok(standard.growth), |written| written.require(Resolution::checked_growth(written.number()?)));
-    let largest_step_s = section.positive_or("max_step", Dimension::Time, standard.largest_step_s);
+        .map_or(Ok(standard.step_growth), |written| written.require(Resolution::checked_growth(written.number()?)));
+    let max_step_s = section.positive_or("max_step", Dimension::Time, standard.max_step_s);
     let first_step_s = section.optional("first_step").map_or(Ok(standard.first_step_s), |written| {
         let first_step_s = written.positive(Dimension::Time)?;
-        written.require(Resolution::checked_first_step_s(first_step_s, largest_step_s.unwrap_or(f64::INFINITY)))
+        written.require(Resolution::checked_first_step_s(first_step_s, max_step_s.unwrap_or(f64::INFINITY)))
     });
     let interval = section.optional("output_interval");
     let output_interval_s = interval.map_or(Ok(standard.output_interval_s), |written| {
@@ -404,8 +404,8 @@ fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) 
         tolerance_k: tolerance_k?,
         cells: cells?,
         first_step_s: first_step_s?,
-        growth: growth?,
-        largest_step_s: largest_step_s?,
+        step_growth: growth?,
+        max_step_s: max_step_s?,
         output_interval_s: output_interval_s?,
     })
 }

@@ -413,7 +413,7 @@ pub(super) fn estimate(
     let seen = indices_of_names(&section, "sensors", sensors.map(names));
     let window_s = section.optional("window").map(|written| window(written, duration_s)).transpose();
     let bounds = section.optional("bounds").map_or(Ok(Bounds::Small), bounds);
-    let loss = section.optional("loss_function").map_or(Ok(LossFunction::default()), loss_function);
+    let loss_function = section.optional("loss_function").map_or(Ok(LossFunction::default()), read_loss_function);
     let prior = section.optional("prior").map(self::bounds).transpose();
     let starts = section.optional("start").map(ValueReader::section).transpose();
     section.deny_unknown_keys();
@@ -427,12 +427,12 @@ pub(super) fn estimate(
         window_s: window_s?,
         start: start?,
         bounds: bounds?,
-        loss: loss?,
+        loss_function: loss_function?,
         prior: prior?,
     })
 }
 
-fn loss_function(written: ValueReader<'_>) -> ReadResult<LossFunction> {
+fn read_loss_function(written: ValueReader<'_>) -> ReadResult<LossFunction> {
     let text = written.text()?;
     written.require(LossFunction::parse(text).map_err(|message| format!("{message}, found {text:?}")))
 }

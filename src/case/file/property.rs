@@ -168,7 +168,7 @@ pub(super) fn pores(section: &TableReader<'_>, virgin: Option<Pores>) -> ReadRes
         porosity: porosity?,
         permeability_m2: permeability?,
         slip_pa_k: slip.unwrap_or(Ok(virgin.slip_pa_k))?,
-        inertia_1_m: inertia.unwrap_or(Ok(virgin.inertia_1_m))?,
+        forchheimer_1_m: inertia.unwrap_or(Ok(virgin.forchheimer_1_m))?,
     };
     section.require(pores.check_permeable())
 }

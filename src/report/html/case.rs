@@ -61,7 +61,7 @@ fn sensors(case: &Case) -> String {
             };
             let place =
                 sensor.pyrometer.map_or(place.clone(), |pyrometer| format!("{}, {place}", pyrometer_text(pyrometer)));
-            let lag = format::trim_zeros(format!("{:.3}", sensor.lag_s));
+            let lag = format::trim_zeros(format!("{:.3}", sensor.time_constant_s));
             vec![sensor.name.clone(), millimetres(sensor.depth_m), place, lag]
         })
         .collect();

@@ -19,8 +19,8 @@ fn pore_values(pores: &Pores) -> String {
     if pores.slip_pa_k > 0.0 {
         said += &format!(", slip {:.3} Pa/K", pores.slip_pa_k);
     }
-    if pores.inertia_1_m > 0.0 {
-        said += &format!(", Forchheimer {:.1e}/m", pores.inertia_1_m);
+    if pores.forchheimer_1_m > 0.0 {
+        said += &format!(", Forchheimer {:.1e}/m", pores.forchheimer_1_m);
     }
     said
 }
@@ -40,7 +40,8 @@ pub(super) fn decomposition_text(decomposition: &Decomposition, virgin_kg_m3: f6
             PyrolysisHeat::HeatsOfReaction => format!("{}", 1e-6 * reaction.heat_j_kg),
             PyrolysisHeat::AbsoluteEnthalpies { .. } => "–".to_owned(),
         };
-        let (loss, rate, energy) = (reaction.mass_loss, reaction.pre_exponential_1_s, 1e-3 * reaction.activation_j_mol);
+        let (loss, rate, energy) =
+            (reaction.mass_loss, reaction.pre_exponential_1_s, 1e-3 * reaction.activation_energy_j_mol);
         let (order, onset) = (reaction.order, reaction.onset_temperature_k);
         text += &format!("{loss:>8.4}{rate:>12.3e}{energy:>12.1}{order:>8}{onset:>10}{heat:>14}\n");
     }

@@ -162,11 +162,11 @@ impl<'a> MultiStart<'a> {
 
 /// The common loss function and priors of all cases.
 fn common_objective(cases: &[&Case]) -> Result<(RobustLoss, Option<Bounds>), EstimateError> {
-    let asked = |case: &Case| (case.estimate.loss, case.estimate.prior);
+    let objective = |case: &Case| (case.estimate.loss_function, case.estimate.prior);
     let first = cases.first().ok_or_else(|| EstimateError::no_factors(cases))?;
-    match cases.iter().find(|case| asked(case) != asked(first)) {
+    match cases.iter().find(|case| objective(case) != objective(first)) {
         Some(case) => Err(EstimateError::ObjectivesDiffer { first: first.id.clone(), case: case.id.clone() }),
-        None => Ok((first.estimate.loss.into(), first.estimate.prior)),
+        None => Ok((first.estimate.loss_function.into(), first.estimate.prior)),
     }
 }
 

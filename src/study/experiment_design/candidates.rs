@@ -66,7 +66,7 @@ pub(super) fn instrumented(case: &Case, candidates: &[Candidate], target: &Senso
         name: format!("candidate {}", index + 1),
         depth_m: candidate.depth_m,
         side: candidate.side,
-        lag_s: 0.0,
+        time_constant_s: 0.0,
         pyrometer: None,
     };
     let mut instrumented = Case { observations: Vec::new(), limits: Vec::new(), ..case.clone() };

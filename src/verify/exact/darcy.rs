@@ -22,7 +22,7 @@ pub struct DarcySlab {
     /// Klinkenberg's slip coefficient b at this temperature.
     pub slip_pa: f64,
     /// Forchheimer's coefficient.
-    pub inertia_1_m: f64,
+    pub forchheimer_1_m: f64,
 }
 
 impl DarcySlab {
@@ -50,7 +50,7 @@ impl DarcySlab {
         let mean_pa = 0.5 * (high_pa + low_pa) + self.slip_pa;
         let driving = self.density_kg_m3_pa() * mean_pa * (high_pa - low_pa) / thickness_m;
         let drag = self.viscosity_pa_s / self.permeability_m2;
-        2.0 * driving / (drag + (drag * drag + 4.0 * self.inertia_1_m * driving).sqrt())
+        2.0 * driving / (drag + (drag * drag + 4.0 * self.forchheimer_1_m * driving).sqrt())
     }
 
     /// Pressure of a travelling wave of constant speed U into gas at `ahead_pa` = p∞: with u = p/p∞ − 1 the root of
@@ -82,7 +82,7 @@ mod tests {
         permeability_m2: 2e-11,
         porosity: 0.85,
         slip_pa: 0.0,
-        inertia_1_m: 0.0,
+        forchheimer_1_m: 0.0,
     };
 
     #[track_caller]
@@ -104,7 +104,7 @@ mod tests {
         let ratio = slipping.steady_flux_kg_m2_s(high_pa, low_pa, thickness_m)
             / GAS.steady_flux_kg_m2_s(high_pa, low_pa, thickness_m);
         meets(ratio, 2.0, 1e-14);
-        let dragged = DarcySlab { inertia_1_m: 1e7, ..GAS };
+        let dragged = DarcySlab { forchheimer_1_m: 1e7, ..GAS };
         let flux = dragged.steady_flux_kg_m2_s(high_pa, low_pa, thickness_m);
         let driving = GAS.density_kg_m3_pa() * 2e4 * 2e4 / thickness_m;
         meets((3e-5 / 2e-11 * flux + 1e7 * flux * flux) / driving, 1.0, 1e-14);

@@ -12,7 +12,7 @@ pub struct Arrhenius {
     /// Pre-exponential factor.
     pub rate_1_s: f64,
     /// Activation energy.
-    pub activation_j_mol: f64,
+    pub activation_energy_j_mol: f64,
     /// Order of the reaction.
     pub order: f64,
     /// Onset temperature; the rate is zero below it.
@@ -25,7 +25,7 @@ impl Arrhenius {
         if temperature_k < self.onset_k {
             return 0.0;
         }
-        self.rate_1_s * (-self.activation_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k)).exp()
+        self.rate_1_s * (-self.activation_energy_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k)).exp()
     }
 
     /// Rate constant integrated over a temperature ramp of β K/s:
@@ -33,7 +33,7 @@ impl Arrhenius {
     pub fn integrated_rate_constant(&self, rise_k_s: f64, from_k: f64, to_k: f64) -> f64 {
         let (from_k, to_k) = (from_k.max(self.onset_k), to_k.max(self.onset_k));
         let primitive_k = |temperature_k: f64| {
-            let x = self.activation_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k);
+            let x = self.activation_energy_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k);
             if x > 0.0 {
                 temperature_k * (-x).exp() * (1.0 - x * scaled_exponential_integral(x))
             } else {
@@ -90,9 +90,9 @@ mod tests {
     }
 
     // The tables were computed with a gas constant 1e-6 larger: E is scaled accordingly.
-    fn as_tabled(rate_1_s: f64, activation_j_mol: f64, order: f64, onset_k: f64) -> Arrhenius {
-        let activation_j_mol = activation_j_mol * GAS_CONSTANT_J_MOL_K / 8.314471469;
-        Arrhenius { rate_1_s, activation_j_mol, order, onset_k }
+    fn as_tabled(rate_1_s: f64, activation_energy_j_mol: f64, order: f64, onset_k: f64) -> Arrhenius {
+        let activation_energy_j_mol = activation_energy_j_mol * GAS_CONSTANT_J_MOL_K / 8.314471469;
+        Arrhenius { rate_1_s, activation_energy_j_mol, order, onset_k }
     }
 
     #[test]
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn without_activation_energy_the_rate_is_constant() {
-        let reaction = Arrhenius { rate_1_s: 0.01, activation_j_mol: 0.0, order: 1.0, onset_k: 0.0 };
+        let reaction = Arrhenius { rate_1_s: 0.01, activation_energy_j_mol: 0.0, order: 1.0, onset_k: 0.0 };
         meets(reaction.integrated_rate_constant(2.0, 300.0, 400.0), 0.5, 1e-15);
     }
 

@@ -52,7 +52,8 @@ fn gpyro_substance(permeability_m2: f64) -> Arc<Material> {
         emissivity: Table::constant(emissivity),
         pores,
     };
-    let arrhenius = |rate_1_s, activation_j_mol| Arrhenius { rate_1_s, activation_j_mol, order: 1.0, onset_k: 0.0 };
+    let arrhenius =
+        |rate_1_s, activation_energy_j_mol| Arrhenius { rate_1_s, activation_energy_j_mol, order: 1.0, onset_k: 0.0 };
     let mut decomposition = decomposition(
         ReactionScheme::Consecutive,
         vec![reaction(0.6, arrhenius(5e8, 130e3), 6e5), reaction(0.3, arrhenius(5e10, 175e3), 1e5)],
@@ -94,7 +95,7 @@ fn gpyro_setting(permeability_m2: f64) -> ProblemSetup {
         back_face: insulated_face(),
         cells: 320,
         first_step_s: 1e-3,
-        growth: 0.02,
+        step_growth: 0.02,
     }
 }
 
@@ -120,7 +121,7 @@ fn gpyro_chain() -> Problem {
     ];
     let mut problem = Problem::new(Codes, "charring slab, two reactions in a chain", gpyro_setting(0.0), checks)
         .with_gas_flow(GasFlowModel::QuasiSteady, gpyro_gas());
-    problem.case.resolution.largest_step_s = 0.25;
+    problem.case.resolution.max_step_s = 0.25;
     problem
 }
 
@@ -142,7 +143,7 @@ fn gpyro_permeable(series: &'static str, permeability_m2: f64) -> Problem {
     let name = format!("charring slab, {series}");
     let mut problem = Problem::new(Codes, &name, gpyro_setting(permeability_m2), vec![check])
         .with_gas_flow(GasFlowModel::Darcy, gpyro_gas());
-    problem.case.resolution.largest_step_s = 0.25;
+    problem.case.resolution.max_step_s = 0.25;
     problem
 }
 
@@ -160,7 +161,7 @@ fn charring_board(series: &'static str) -> Problem {
         emissivity: Table::constant(0.9),
         pores: virgin.pores,
     };
-    let arrhenius = Arrhenius { rate_1_s: 1e6, activation_j_mol: 1e5, order: 1.0, onset_k: 0.0 };
+    let arrhenius = Arrhenius { rate_1_s: 1e6, activation_energy_j_mol: 1e5, order: 1.0, onset_k: 0.0 };
     let mut decomposition = decomposition(ReactionScheme::Parallel, vec![reaction(0.3, arrhenius, 1e6)], vec![char]);
     decomposition.mixture_rule = MixtureRule::VolumeFractions;
     let rising = |end: f64, start: f64| Schedule { times_s: vec![0.0, 5.0, 60.0], values: vec![start, end, end] };
@@ -220,12 +221,12 @@ fn charring_board(series: &'static str) -> Problem {
         back_face: insulated_face(),
         cells: 320,
         first_step_s: 1e-3,
-        growth: 0.001,
+        step_growth: 0.001,
     };
     let mut problem =
         Problem::new(Codes, name, setting, checks).with_gas_flow(GasFlowModel::QuasiSteady, constant_gas(1500.0));
     // Blowing uses the gas flux of the previous step: at its onset steps of 50 ms are 1 K off, steps of 2.5 ms 0.04 K.
-    problem.case.resolution.largest_step_s = 0.0025;
+    problem.case.resolution.max_step_s = 0.0025;
     problem
 }
 
@@ -262,7 +263,8 @@ pub fn charring_felt(path: GasFlowModel, permeability_m2: f64) -> Case {
         emissivity: Table::constant(0.8),
         pores: pores(0.8, 2.0 * permeability_m2),
     };
-    let arrhenius = |rate_1_s, activation_j_mol, order| Arrhenius { rate_1_s, activation_j_mol, order, onset_k: 0.0 };
+    let arrhenius =
+        |rate_1_s, activation_energy_j_mol, order| Arrhenius { rate_1_s, activation_energy_j_mol, order, onset_k: 0.0 };
     let reactions = vec![reaction(0.1, arrhenius(3e4, 7e4, 1.0), 4e5), reaction(0.2, arrhenius(1e5, 9e4, 2.0), 8e5)];
     let gas = gas(straight(0.03, 0.02), straight(4e5, 3e6), straight(1.5e-5, 5e-5));
     let watched = Check {
@@ -287,7 +289,7 @@ pub fn charring_felt(path: GasFlowModel, permeability_m2: f64) -> Case {
         back_face: insulated_face(),
         cells: 160,
         first_step_s: 0.0,
-        growth: 0.0,
+        step_growth: 0.0,
     };
     let name = match path {
         GasFlowModel::Instantaneous => "charring felt, gas unhindered",

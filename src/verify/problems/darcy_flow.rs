@@ -41,7 +41,7 @@ const DARCY_SLAB: DarcySlab = DarcySlab {
     permeability_m2: 2e-11,
     porosity: 0.85,
     slip_pa: 0.0,
-    inertia_1_m: 0.0,
+    forchheimer_1_m: 0.0,
 };
 
 fn pores(seeping: &DarcySlab) -> Pores {
@@ -49,7 +49,7 @@ fn pores(seeping: &DarcySlab) -> Pores {
         porosity: seeping.porosity,
         permeability_m2: seeping.permeability_m2,
         slip_pa_k: seeping.slip_pa / TEMPERATURE_K,
-        inertia_1_m: seeping.inertia_1_m,
+        forchheimer_1_m: seeping.forchheimer_1_m,
     }
 }
 
@@ -62,7 +62,7 @@ fn isothermal_material(seeping: &DarcySlab) -> Material {
 fn with_gas_source(virgin: &Material, source_kg_m3_s: f64, duration_s: f64) -> Arc<Material> {
     let rate_1_s = 1e-3 / duration_s;
     let virgin = Material { density_kg_m3: source_kg_m3_s / (0.5 * rate_1_s), ..virgin.clone() };
-    let steady = Arrhenius { rate_1_s, activation_j_mol: 0.0, order: 0.0, onset_k: 0.0 };
+    let steady = Arrhenius { rate_1_s, activation_energy_j_mol: 0.0, order: 0.0, onset_k: 0.0 };
     with_decomposition(
         &virgin,
         decomposition(ReactionScheme::Parallel, vec![reaction(0.5, steady, 0.0)], vec![unchanged_residue(&virgin)]),
@@ -77,7 +77,7 @@ fn setting(material: Arc<Material>, cells: usize) -> ProblemSetup {
         back_face: held_face(TEMPERATURE_K),
         cells,
         first_step_s: 1e-6,
-        growth: 0.02,
+        step_growth: 0.02,
     }
 }
 
@@ -240,15 +240,15 @@ fn enclosed_gas() -> Problem {
         back_face: Face::Held(face_k),
         cells: 20,
         first_step_s: 1e-2,
-        growth: 1.0,
+        step_growth: 1.0,
     };
     darcy_problem("enclosed gas, heated", setting, Schedule::constant(FACE_PA), None, vec![check])
         .with_equal_steps(0.01)
 }
 
 /// Steady gas flow from the back to the hot face.
-fn steady_flow(slip_pa_k: f64, inertia_1_m: f64) -> Problem {
-    let seeping = DarcySlab { slip_pa: slip_pa_k * TEMPERATURE_K, inertia_1_m, ..DARCY_SLAB };
+fn steady_flow(slip_pa_k: f64, forchheimer_1_m: f64) -> Problem {
+    let seeping = DarcySlab { slip_pa: slip_pa_k * TEMPERATURE_K, forchheimer_1_m, ..DARCY_SLAB };
     let (low_pa, high_pa, duration_s) = (1e4, 3e4, 5.0);
     let check = Check {
         reference: "flux of p² (Muskat 1937), Klinkenberg, Forchheimer",
@@ -261,7 +261,7 @@ fn steady_flow(slip_pa_k: f64, inertia_1_m: f64) -> Problem {
         source_of_tolerance: STEADY_STATE,
     };
     darcy_problem(
-        &format!("steady gas flow, slip {slip_pa_k} Pa/K, inertia {inertia_1_m:e} 1/m"),
+        &format!("steady gas flow, slip {slip_pa_k} Pa/K, inertia {forchheimer_1_m:e} 1/m"),
         setting(Arc::new(isothermal_material(&seeping)), 100),
         Schedule::constant(low_pa),
         Some(Schedule { times_s: vec![0.0, 0.1], values: vec![low_pa, high_pa] }),
@@ -299,7 +299,7 @@ fn conduction_against_gas(path: GasFlowModel) -> Problem {
         back_face: held_face(back_k),
         cells: 1000,
         first_step_s: 1e-3,
-        growth: 0.02,
+        step_growth: 0.02,
     };
     let name = match path {
         GasFlowModel::Instantaneous | GasFlowModel::QuasiSteady => "conduction against quasi-steady gas",

@@ -37,7 +37,7 @@ pub fn flexible_layup() -> Case {
             name: format!("TC{}", i + 1),
             depth_m,
             side: Side::Both,
-            lag_s: 0.0,
+            time_constant_s: 0.0,
             pyrometer: None,
         })
         .collect();

@@ -29,7 +29,7 @@ fn slab(start_k: f64) -> ProblemSetup {
         back_face: insulated_face(),
         cells: 8,
         first_step_s: 0.02,
-        growth: 0.002,
+        step_growth: 0.002,
     }
 }
 
@@ -63,8 +63,8 @@ fn relaxation() -> Problem {
 
 /// The holder warms by 1 K/s; the slab follows with a first-order lag.
 fn ramped_holder() -> Problem {
-    let lag_s = CAPACITY_J_M3_K / CONDUCTANCE_W_M3_K;
-    let form = |_: f64, time_s: f64| HOLDER_K + time_s - lag_s * (1.0 - (-time_s / lag_s).exp());
+    let time_constant_s = CAPACITY_J_M3_K / CONDUCTANCE_W_M3_K;
+    let form = |_: f64, time_s: f64| HOLDER_K + time_s - time_constant_s * (1.0 - (-time_s / time_constant_s).exp());
     let checks = vec![check("first-order lag behind a ramp", "3 depths, 1 to 400 s", 400.0, &form)];
     let ramp = Schedule { times_s: vec![0.0, 400.0], values: vec![HOLDER_K, HOLDER_K + 400.0] };
     with_holder(Problem::new(Exact, "slab, following the holder", slab(HOLDER_K), checks), ramp)
@@ -83,7 +83,7 @@ fn steady_fin() -> Problem {
         back_face: insulated_face(),
         cells: 1600,
         first_step_s: 1e-2,
-        growth: 0.05,
+        step_growth: 0.05,
     };
     let checks = vec![Check {
         reference: "cosh of a fin with an insulated end",

@@ -27,7 +27,12 @@ const DENSITY_KG_M3: f64 = 280.0;
 /// The components of a phenolic composite with PATO's constants: 30, 22.8 and 7.2 of 280 kg/m³ (TACOT 3.0,
 /// github.com/nasa/pato).
 pub(super) fn phenolic_reactions() -> Vec<Reaction> {
-    let arrhenius = |rate_1_s, activation_j_mol, onset_k| Arrhenius { rate_1_s, activation_j_mol, order: 3.0, onset_k };
+    let arrhenius = |rate_1_s, activation_energy_j_mol, onset_k| Arrhenius {
+        rate_1_s,
+        activation_energy_j_mol,
+        order: 3.0,
+        onset_k,
+    };
     let late = arrhenius(4.97777e8, 1.69975e5, 555.6);
     vec![
         reaction(30.0 / 280.0, arrhenius(1.2e4, 71_130.89, 333.3), 0.0),
@@ -39,9 +44,14 @@ pub(super) fn phenolic_reactions() -> Vec<Reaction> {
 /// Solid mass lost by parallel reactions in a temperature ramp from 300 K, kg/m².
 fn lost_kg_m2(reactions: &[Reaction], rise_k_s: f64, time_s: f64) -> f64 {
     let advanced = |reaction: &Reaction| {
-        let &Reaction { pre_exponential_1_s: rate_1_s, activation_j_mol, order, onset_temperature_k: onset_k, .. } =
-            reaction;
-        let arrhenius = Arrhenius { rate_1_s, activation_j_mol, order, onset_k };
+        let &Reaction {
+            pre_exponential_1_s: rate_1_s,
+            activation_energy_j_mol,
+            order,
+            onset_temperature_k: onset_k,
+            ..
+        } = reaction;
+        let arrhenius = Arrhenius { rate_1_s, activation_energy_j_mol, order, onset_k };
         1.0 - arrhenius.remaining(arrhenius.integrated_rate_constant(rise_k_s, 300.0, 300.0 + rise_k_s * time_s))
     };
     THICKNESS_M * DENSITY_KG_M3 * reactions.iter().map(|reaction| reaction.mass_loss * advanced(reaction)).sum::<f64>()
@@ -68,7 +78,7 @@ fn isothermal_slab(
         back_face: Face::Held(temperature_k),
         cells: 4,
         first_step_s: 1e-2,
-        growth: 1.0,
+        step_growth: 1.0,
     };
     Problem::new(group, name, setting, checks).with_gas_flow(GasFlowModel::Instantaneous, constant_gas(0.0))
 }
@@ -82,7 +92,7 @@ const COHEUR: &str = "exponential integral (Coheur et al. 2021)";
 /// One reaction of each order from 300 to 1000 K at 1 K/s. That of order 0.5 ends at a finite time.
 fn reaction_orders() -> Vec<Problem> {
     let problem = |(order, name)| {
-        let arrhenius = Arrhenius { rate_1_s: 1e9, activation_j_mol: 150e3, order, onset_k: 0.0 };
+        let arrhenius = Arrhenius { rate_1_s: 1e9, activation_energy_j_mol: 150e3, order, onset_k: 0.0 };
         let reactions = vec![reaction(0.5, arrhenius, 0.0)];
         let times_s = [300.0, 350.0, 400.0, 425.0, 450.0, 475.0, 500.0, 550.0, 600.0, 700.0];
         let check = Check {
@@ -156,7 +166,7 @@ fn phenolic_in_components() -> Problem {
         let lost_share = (virgin_kg_m3 - char_kg_m3) / virgin_kg_m3;
         let arrhenius = Arrhenius {
             rate_1_s: rate_1_s * lost_share.powf(order - 1.0),
-            activation_j_mol: activation_k * gas_constant_j_mol_k,
+            activation_energy_j_mol: activation_k * gas_constant_j_mol_k,
             order,
             onset_k,
         };
@@ -178,7 +188,7 @@ fn phenolic_in_components() -> Problem {
 
 /// A → B → C at constant rates; each reaction loses a quarter of the virgin mass.
 fn chain() -> Problem {
-    let steady = |rate_1_s| Arrhenius { rate_1_s, activation_j_mol: 0.0, order: 1.0, onset_k: 0.0 };
+    let steady = |rate_1_s| Arrhenius { rate_1_s, activation_energy_j_mol: 0.0, order: 1.0, onset_k: 0.0 };
     let reactions = vec![reaction(0.25, steady(0.389), 0.0), reaction(0.25, steady(0.262), 0.0)];
     let whole_kg_m2 = DENSITY_KG_M3 * THICKNESS_M;
     let lost = |[virgin, _, end]: [f64; 3]| 0.25 * whole_kg_m2 * (1.0 - virgin + end);
@@ -224,8 +234,8 @@ fn chain() -> Problem {
 /// Two consecutive reactions while the temperature rises, rests, falls and rises again, against an independent
 /// integration.
 fn chain_at_varying_temperature() -> Problem {
-    let first = Arrhenius { rate_1_s: 3e5, activation_j_mol: 85e3, order: 1.0, onset_k: 0.0 };
-    let second = Arrhenius { rate_1_s: 2e7, activation_j_mol: 125e3, order: 2.0, onset_k: 0.0 };
+    let first = Arrhenius { rate_1_s: 3e5, activation_energy_j_mol: 85e3, order: 1.0, onset_k: 0.0 };
+    let second = Arrhenius { rate_1_s: 2e7, activation_energy_j_mol: 125e3, order: 2.0, onset_k: 0.0 };
     let temperature_k =
         Schedule { times_s: vec![0.0, 20.0, 30.0, 40.0, 70.0], values: vec![300.0, 800.0, 800.0, 600.0, 1100.0] };
     let whole_kg_m2 = DENSITY_KG_M3 * THICKNESS_M;
@@ -263,7 +273,7 @@ fn chain_at_varying_temperature() -> Problem {
 /// same temperature.
 fn cooled_by_reaction(is_absolute: bool) -> Problem {
     let (start_k, capacity_j_kg_k, heat_j_kg, loss) = (900.0, 1500.0, 5e5, 0.4);
-    let arrhenius = Arrhenius { rate_1_s: 1e6, activation_j_mol: 1e5, order: 1.0, onset_k: 0.0 };
+    let arrhenius = Arrhenius { rate_1_s: 1e6, activation_energy_j_mol: 1e5, order: 1.0, onset_k: 0.0 };
     let temperature_k = |advanced: f64| start_k + heat_j_kg / capacity_j_kg_k * (1.0 - loss * advanced).ln();
     let times_s: Vec<f64> = (1..=10).map(|i| 3.0 * f64::from(i)).collect();
     let advanced = |time_s: f64| {
@@ -311,7 +321,7 @@ fn cooled_by_reaction(is_absolute: bool) -> Problem {
         back_face: insulated_face(),
         cells: 4,
         first_step_s: 1e-2,
-        growth: 1.0,
+        step_growth: 1.0,
     };
     let temperatures =
         times_s.iter().map(|&time_s| ReferencePoint::at(0.0, time_s, temperature_k(advanced(time_s)))).collect();

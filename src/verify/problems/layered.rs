@@ -40,7 +40,7 @@ fn three_layers() -> Problem {
             back_face: insulated_face(),
             cells: 1500,
             first_step_s: 1e-3,
-            growth: 0.01,
+            step_growth: 0.01,
         },
         vec![Check {
             reference: TALBOT,
@@ -71,7 +71,7 @@ fn three_layers_in_contact() -> Problem {
             back_face: insulated_face(),
             cells: 1500,
             first_step_s: 1e-3,
-            growth: 0.01,
+            step_growth: 0.01,
         },
         vec![Check {
             reference: TALBOT,
@@ -111,7 +111,7 @@ fn two_slabs_in_contact() -> Problem {
             back_face: insulated_face(),
             cells: 4000,
             first_step_s: 1e-4,
-            growth: 0.004,
+            step_growth: 0.004,
         },
         vec![Check {
             reference: "Carslaw and Jaeger 1959, §3.10, by symmetry",
@@ -158,7 +158,7 @@ fn copper_on_iron() -> Problem {
             back_face: held_face(start_k),
             cells: 1200,
             first_step_s: 1e-2,
-            growth: 0.01,
+            step_growth: 0.01,
         },
         vec![
             exact("15 depths, 150 s", reference::points(EXACT_PROFILE, "Talbot", start_k)),
@@ -172,7 +172,7 @@ fn copper_on_iron() -> Problem {
 }
 
 /// 10 mm of steel between two 20 mm layers of insulation; gas at 480 °C in front and 20 °C behind.
-fn steel_setting(growth: f64) -> ProblemSetup {
+fn steel_setting(step_growth: f64) -> ProblemSetup {
     let insulation = constant_properties(0.2, 200.0 * 1000.0);
     ProblemSetup {
         plies: vec![(insulation.clone(), 0.02), (constant_properties(50.0, 7500.0 * 500.0), 0.01), (insulation, 0.02)],
@@ -181,7 +181,7 @@ fn steel_setting(growth: f64) -> ProblemSetup {
         back_face: convective_face(10.0, CELSIUS_K + 20.0),
         cells: 400,
         first_step_s: 1.0,
-        growth,
+        step_growth,
     }
 }
 

@@ -62,7 +62,7 @@ fn kirchhoff() -> Vec<Problem> {
         cells: 4000,
         // The jump of 1000 K needs first steps that are shorter than the diffusion time of a cell.
         first_step_s: 3e-6,
-        growth: 0.003,
+        step_growth: 0.003,
     };
     let step_k = 1000.0;
     let step_theta_k = step_k + 0.5 * KIRCHHOFF_SLOPE_1_K * step_k * step_k;
@@ -111,7 +111,7 @@ fn thermal_wave() -> Problem {
             back_face: insulated_face(),
             cells: 500,
             first_step_s: 0.01,
-            growth: 0.1,
+            step_growth: 0.1,
         },
         vec![Check {
             reference: "Zel'dovich and Barenblatt's front",
@@ -149,7 +149,7 @@ fn heating_code() -> Problem {
             back_face: convective_face(10.0, CELSIUS_K),
             cells: 400,
             first_step_s: 1e-2,
-            growth: 0.01,
+            step_growth: 0.01,
         },
         vec![Check {
             reference: "HEATING (ORNL)",
@@ -194,7 +194,7 @@ fn power_law() -> Problem {
             back_face: insulated_face(),
             cells: 1000,
             first_step_s: 1e-3,
-            growth: 0.01,
+            step_growth: 0.01,
         },
         vec![
             check(MOL, "converged", 0.05, "600 graded cells at 1e-9, accepted at 0.05 K"),
@@ -234,7 +234,7 @@ fn tacot() -> Problem {
             back_face: insulated_face(),
             cells: 1000,
             first_step_s: 1e-3,
-            growth: 0.01,
+            step_growth: 0.01,
         },
         vec![
             check(MOL, "converged", 0.5, "600 cells; doubling from 300 changes it by 0.06 K; accepted at 0.5 K"),

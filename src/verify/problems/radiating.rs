@@ -36,7 +36,7 @@ fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFac
         back_face: insulated_face(),
         cells: 4,
         first_step_s: 1e-4,
-        growth: 0.002,
+        step_growth: 0.002,
     }
 }
 
@@ -190,7 +190,7 @@ fn nafems_t2() -> Problem {
             }),
             cells: 50,
             first_step_s: 1.0,
-            growth: 0.02,
+            step_growth: 0.02,
         },
         vec![
             check(
@@ -231,7 +231,7 @@ fn nafems_t3() -> Problem {
             back_face: held_face(CELSIUS_K),
             cells: 3000,
             first_step_s: 0.02,
-            growth: 0.1,
+            step_growth: 0.1,
         },
         vec![
             Check {
@@ -367,7 +367,7 @@ fn kaowool() -> Problem {
             back_face: convective_face(10.0, room_k),
             cells: 300,
             first_step_s: 1e-2,
-            growth: 0.02,
+            step_growth: 0.02,
         },
         vec![Check {
             reference: MOL,

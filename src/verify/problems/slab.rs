@@ -36,7 +36,7 @@ fn setting(hot_face: Face, back_face: Face) -> ProblemSetup {
         back_face,
         cells: 4000,
         first_step_s: 1e-4,
-        growth: 0.004,
+        step_growth: 0.004,
     }
 }
 
@@ -151,7 +151,7 @@ fn triangular_flux() -> Problem {
             back_face: insulated_face(),
             cells: 1000,
             first_step_s: 1e-5,
-            growth: 0.01,
+            step_growth: 0.01,
         },
         vec![Check {
             reference: "Beck, Blackwell and St. Clair 1985",
@@ -223,7 +223,7 @@ fn fds_convection() -> Vec<Problem> {
                 back_face: insulated_face(),
                 cells: 3000,
                 first_step_s: 1e-2,
-                growth: 0.004,
+                step_growth: 0.004,
             },
             vec![
                 Check {
@@ -264,7 +264,7 @@ fn fds_cooling() -> Problem {
             back_face: insulated_face(),
             cells: 2000,
             first_step_s: 1e-2,
-            growth: 0.004,
+            step_growth: 0.004,
         },
         vec![
             Check {
@@ -309,7 +309,7 @@ fn tmap8() -> Vec<Problem> {
                 back_face: held_face(300.0),
                 cells: 400,
                 first_step_s: 1e-4,
-                growth: 0.02,
+                step_growth: 0.02,
             },
             vec![check("TMAP8 ver-1fb", "10 depths, 1 and 5 s", SLAB)],
         ),
@@ -323,7 +323,7 @@ fn tmap8() -> Vec<Problem> {
                 back_face: insulated_face(),
                 cells: 1000,
                 first_step_s: 1e-2,
-                growth: 0.02,
+                step_growth: 0.02,
             },
             vec![check("TMAP8 ver-1fd", "5 cm, 12 to 1332 s", CONVECTION)],
         ),

@@ -132,7 +132,7 @@ fn held_face() -> Problem {
         back_face: insulated_face(),
         cells: 0,
         first_step_s: 0.0,
-        growth: 0.0,
+        step_growth: 0.0,
     };
     let mut problem =
         Problem::new(Codes, "TACOT held at 1644 K", setting, checks).with_gas_flow(GasFlowModel::Darcy, gas);

@@ -57,7 +57,7 @@ struct PatoReaction {
     place: String,
     mass_loss: f64,
     pre_exponential_1_s: f64,
-    activation_j_mol: f64,
+    activation_energy_j_mol: f64,
     order: f64,
     onset_k: f64,
     released_j_kg: f64,
@@ -69,7 +69,7 @@ struct PatoReaction {
 struct PatoPores {
     porosity: f64,
     permeability_m2: f64,
-    inertia_1_m: f64,
+    forchheimer_1_m: f64,
 }
 
 pub(super) fn material_text(
@@ -161,7 +161,7 @@ fn phases(constants: &Dictionary<'_>) -> ReadResult<(f64, Vec<PatoReaction>)> {
             reactions.push(PatoReaction {
                 mass_loss: constants.positive(&key("F"))? * mass_kg_m3 / density_kg_m3,
                 pre_exponential_1_s: constants.positive(&key("A"))?,
-                activation_j_mol: constants.number(&key("E"))?,
+                activation_energy_j_mol: constants.number(&key("E"))?,
                 order: constants.number(&key("m"))?,
                 onset_k: constants.number_or(&key("T"), 0.0)?,
                 released_j_kg: constants.number_or(&key("h"), 0.0)?,
@@ -192,15 +192,15 @@ fn pores(constants: &Dictionary<'_>, state: &str, direction: Option<usize>) -> R
     Ok(Some(PatoPores {
         porosity: constants.positive(&key("eps_g"))?,
         permeability_m2: along("K")?,
-        inertia_1_m: if constants.has(&key("Beta")) { along("Beta")? } else { 0.0 },
+        forchheimer_1_m: if constants.has(&key("Beta")) { along("Beta")? } else { 0.0 },
     }))
 }
 
 fn pores_keys(pores: &PatoPores) -> String {
-    let PatoPores { porosity, permeability_m2, inertia_1_m } = pores;
+    let PatoPores { porosity, permeability_m2, forchheimer_1_m } = pores;
     format!(
         "porosity = {porosity}\npermeability = \"{permeability_m2:e} m^2\"\n\
-         forchheimer_coefficient = \"{inertia_1_m:e} 1/m\"\n"
+         forchheimer_coefficient = \"{forchheimer_1_m:e} 1/m\"\n"
     )
 }
 
@@ -260,10 +260,10 @@ fn heat_text(
 }
 
 fn reaction_text(reaction: &PatoReaction, heat: PatoHeat) -> String {
-    let PatoReaction { place, mass_loss, pre_exponential_1_s, activation_j_mol, order, onset_k, .. } = reaction;
+    let PatoReaction { place, mass_loss, pre_exponential_1_s, activation_energy_j_mol, order, onset_k, .. } = reaction;
     let mut text = format!(
         "\n# Reaction [{place}].\n[[decomposition.reaction]]\nmass_loss = {mass_loss}\n\
-         pre_exponential = \"{pre_exponential_1_s:e} 1/s\"\nactivation_energy = \"{activation_j_mol} J/mol\"\n\
+         pre_exponential = \"{pre_exponential_1_s:e} 1/s\"\nactivation_energy = \"{activation_energy_j_mol} J/mol\"\n\
          order = {order}\n"
     );
     if *onset_k > 0.0 {

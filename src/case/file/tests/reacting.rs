@@ -161,7 +161,7 @@ fn consecutive_reactions_are_read_with_their_intermediate_and_inherit_virgin_pro
     let first = Reaction {
         mass_loss: 0.6,
         pre_exponential_1_s: 5e8,
-        activation_j_mol: 130e3,
+        activation_energy_j_mol: 130e3,
         order: 1.0,
         onset_temperature_k: 400.0,
         heat_j_kg: 0.6e6,

@@ -98,8 +98,8 @@ fn case() -> Case {
     let mut builder = Case::load("cases/slab".as_ref()).expect("a shipped case").to_builder();
     (builder.observations, builder.estimate) = (Vec::new(), EstimationSettings::default());
     builder.resolution.cells = 8;
-    (builder.resolution.largest_step_s, builder.resolution.output_interval_s) = (20.0, 20.0);
-    builder.resolution.growth = 1.0;
+    (builder.resolution.max_step_s, builder.resolution.output_interval_s) = (20.0, 20.0);
+    builder.resolution.step_growth = 1.0;
     builder.build().expect("a valid case")
 }
 

@@ -33,8 +33,8 @@ fn exhausted_memory_halves_the_batch_and_changes_no_bit() {
     let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
     let mut builder = case.to_builder();
     builder.resolution.cells = 8;
-    builder.resolution.largest_step_s = 10.0;
-    builder.resolution.growth = 1.0;
+    builder.resolution.max_step_s = 10.0;
+    builder.resolution.step_growth = 1.0;
     let case = builder.build().expect("a valid case");
     let plan = Plan::new(&case);
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 1 };

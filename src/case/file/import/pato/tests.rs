@@ -55,7 +55,7 @@ fn phases_and_reactions_become_fractions_of_the_mass() {
     let of = |index: usize| &decomposition.reactions[index];
     // Resin is 100 of 250 kg/m³.
     assert!((of(0).mass_loss - 0.2 * 100.0 / 250.0).abs() < 1e-15 && (of(1).mass_loss - 0.12).abs() < 1e-15);
-    assert_eq!((of(0).pre_exponential_1_s, of(0).activation_j_mol, of(0).order), (2.5e4, 75000.0, 2.0));
+    assert_eq!((of(0).pre_exponential_1_s, of(0).activation_energy_j_mol, of(0).order), (2.5e4, 75000.0, 2.0));
     assert_eq!((of(0).onset_temperature_k, of(1).onset_temperature_k), (340.0, 0.0));
     assert_eq!(decomposition.residues[0].pores.porosity, 0.86);
     assert_eq!(material.pores.permeability_m2, 2e-11);
