@@ -37,7 +37,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("wgpu", &["src/march/gpu/"]),
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
-    ("simdeez", &["src/physics/lanes", "src/march/cpu.rs"]),
+    ("simdeez", &["src/physics/lanes", "src/march/cpu/kernel.rs"]),
     (
         "rayon",
         &[

@@ -1,18 +1,15 @@
 //! The CPU backend: groups of members in SIMD lanes, over all threads.
 
+mod kernel;
+
 use super::{Backend, March, MarchError, Precision, member_status, readings, trace_rows};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::cell_state::CELL_QUANTITIES;
-use crate::physics::dual::Dual;
-use crate::physics::lanes::{F32Lanes, F64Lanes, SimdTables};
-use crate::physics::member::Member;
-use crate::plan::layout::{GAUGES, NO_INSTANT};
 use crate::plan::{Plan, layout::PlanData};
-use crate::traces::{Balance, MemberStatus, Traces};
+use crate::traces::Traces;
+use kernel::{Kernel, MemberResult};
 use rayon::prelude::*;
-use simdeez::engines::scalar::Scalar;
-use simdeez::prelude::Simd;
 use std::ops::Range;
 
 /// A SIMD group takes as long as this many members in scalar arithmetic (see benches/LOG.md); up to this many members a
@@ -92,26 +89,48 @@ impl Vectors {
     }
 
     fn march(self, precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
-        match self {
-            Self::Scalar => march_scalar(precision, plan, ensemble, members),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => march_simd::<simdeez::engines::avx2::Avx2>(precision, plan, ensemble, members),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => march_simd::<simdeez::engines::avx512::Avx512>(precision, plan, ensemble, members),
-            #[cfg(target_arch = "aarch64")]
-            Self::Neon => march_simd::<simdeez::engines::neon::Neon>(precision, plan, ensemble, members),
+        match precision {
+            Precision::F64 => {
+                let rows = &plan.data;
+                match self {
+                    Self::Scalar => march_groups(&kernel::scalar_f64::KERNEL, plan, rows, ensemble, members),
+                    #[cfg(target_arch = "x86_64")]
+                    Self::Avx2 => march_groups(&kernel::avx2_f64::KERNEL, plan, rows, ensemble, members),
+                    #[cfg(target_arch = "x86_64")]
+                    Self::Avx512 => march_groups(&kernel::avx512_f64::KERNEL, plan, rows, ensemble, members),
+                    #[cfg(target_arch = "aarch64")]
+                    Self::Neon => march_groups(&kernel::neon_f64::KERNEL, plan, rows, ensemble, members),
+                }
+            }
+            Precision::F32 => {
+                let rows = &plan.data.map(|x| x as f32);
+                match self {
+                    Self::Scalar => march_groups(&kernel::scalar_f32::KERNEL, plan, rows, ensemble, members),
+                    #[cfg(target_arch = "x86_64")]
+                    Self::Avx2 => march_groups(&kernel::avx2_f32::KERNEL, plan, rows, ensemble, members),
+                    #[cfg(target_arch = "x86_64")]
+                    Self::Avx512 => march_groups(&kernel::avx512_f32::KERNEL, plan, rows, ensemble, members),
+                    #[cfg(target_arch = "aarch64")]
+                    Self::Neon => march_groups(&kernel::neon_f32::KERNEL, plan, rows, ensemble, members),
+                }
+            }
         }
     }
 
     fn tangents(self, precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
+        if precision == Precision::F32 {
+            let rows = &plan.data.map(|x| x as f32);
+            return march_tangents(&kernel::scalar_derivatives_f32::KERNEL, plan, rows, points, factors);
+        }
+        let rows = &plan.data;
         match self {
-            Self::Scalar => tangents_simd::<Scalar>(precision, plan, points, factors),
+            Self::Scalar => march_tangents(&kernel::scalar_derivatives_f64::KERNEL, plan, rows, points, factors),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => tangents_simd::<simdeez::engines::avx2::Avx2>(precision, plan, points, factors),
+            Self::Avx2 => march_tangents(&kernel::avx2_derivatives_f64::KERNEL, plan, rows, points, factors),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => tangents_simd::<simdeez::engines::avx512::Avx512>(precision, plan, points, factors),
+            Self::Avx512 => march_tangents(&kernel::avx512_derivatives_f64::KERNEL, plan, rows, points, factors),
             #[cfg(target_arch = "aarch64")]
-            Self::Neon => tangents_simd::<simdeez::engines::neon::Neon>(precision, plan, points, factors),
+            Self::Neon => march_tangents(&kernel::neon_derivatives_f64::KERNEL, plan, rows, points, factors),
         }
     }
 }
@@ -154,7 +173,7 @@ impl March for Cpu {
         plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
         let rows = trace_rows(plan, ensemble, members.clone(), &[]);
         let records = if members.len() <= SCALAR_MEMBERS_PER_THREAD * self.threads {
-            march_scalar(self.precision, plan, ensemble, members)
+            Vectors::Scalar.march(self.precision, plan, ensemble, members)
         } else {
             self.vectors.march(self.precision, plan, ensemble, members)
         };
@@ -193,7 +212,7 @@ impl March for ScalarReference {
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         let rows = trace_rows(plan, ensemble, members.clone(), &[]);
-        Ok(readings(march_scalar(self.0, plan, ensemble, members), plan, &rows))
+        Ok(readings(Vectors::Scalar.march(self.0, plan, ensemble, members), plan, &rows))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
@@ -202,34 +221,9 @@ impl March for ScalarReference {
     }
 }
 
-fn march_scalar(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
-    match precision {
-        Precision::F64 => march_groups::<Scalar, f64>(plan, &plan.data, ensemble, members),
-        Precision::F32 => march_groups::<Scalar, f32>(plan, &plan.data.map(|x| x as f32), ensemble, members),
-    }
-}
-
-fn march_simd<S: SimdTables>(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
-    match precision {
-        Precision::F64 => march_groups::<S, F64Lanes<S>>(plan, &plan.data, ensemble, members),
-        Precision::F32 => march_groups::<S, F32Lanes<S>>(plan, &plan.data.map(|x| x as f32), ensemble, members),
-    }
-}
-
-fn tangents_simd<S: SimdTables>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
-    match precision {
-        Precision::F64 => march_tangents::<S, Dual<f64, S::Directions>>(plan, &plan.data, points, factors),
-        // On the CPU f32 serves to compare with devices, so one direction at a time is enough: eight at once took a
-        // fifth of the compile time of the crate (benches/LOG.md).
-        Precision::F32 => {
-            let rows = plan.data.map(|x| x as f32);
-            march_tangents::<Scalar, Dual<f32, F32Lanes<Scalar>>>(plan, &rows, points, factors)
-        }
-    }
-}
-
 /// March members in SIMD groups, the groups over threads.
-fn march_groups<S: Simd, R: Real>(
+fn march_groups<R: Real>(
+    kernel: &Kernel<R>,
     plan: &Plan,
     rows: &PlanData<R::Scalar>,
     ensemble: &Ensemble,
@@ -254,7 +248,7 @@ fn march_groups<S: Simd, R: Real>(
                 0 => 1.0,
                 _ => values[lane.min(lanes - 1)][column - 1],
             };
-            march_group::<S, R>(plan, rows, lanes, value, temperatures_k, false)
+            kernel.march(plan, rows, lanes, value, temperatures_k, false)
         })
         .collect();
     for end in ends.into_iter().flatten() {
@@ -266,7 +260,8 @@ fn march_groups<S: Simd, R: Real>(
 
 /// March points with their tangents: each job carries one point and as many factors as the dual number has directions;
 /// jobs over threads.
-fn march_tangents<S: Simd, R: Real>(
+fn march_tangents<R: Real>(
+    kernel: &Kernel<R>,
     plan: &Plan,
     rows: &PlanData<R::Scalar>,
     points: &Ensemble,
@@ -285,7 +280,7 @@ fn march_tangents<S: Simd, R: Real>(
             (0, _) => values[column - 1],
             _ => f64::from(some.get(lane - 1).is_some_and(|factor| factor + 1 == column)),
         };
-        let ends = march_group::<S, R>(plan, rows, 1 + some.len(), value, &mut temperatures_k, false);
+        let ends = kernel.march(plan, rows, 1 + some.len(), value, &mut temperatures_k, false);
         (temperatures_k, ends)
     });
     let marched: Vec<(Vec<f64>, Vec<MemberResult>)> = marched.collect();
@@ -300,26 +295,6 @@ fn march_tangents<S: Simd, R: Real>(
     traces
 }
 
-/// Results of a member other than temperatures.
-struct MemberResult {
-    diverged_at_step: Option<usize>,
-    balance: Balance,
-    extremes_k: Vec<(f64, f64)>,
-    /// Gauge × instant.
-    gauges: Vec<f64>,
-    /// Quantity × cell × record, where they are read.
-    cell_states: Vec<f64>,
-}
-
-impl MemberResult {
-    fn into_traces(self, status: MemberStatus, traces: &mut Traces) {
-        traces.statuses.push(status);
-        traces.balances.push(self.balance);
-        traces.extremes_k.extend(self.extremes_k);
-        traces.gauges.extend(self.gauges);
-    }
-}
-
 /// Density of the solid (kg/m³ of the virgin layup), degree of conversion and gas pressure (Pa; zero without Darcy
 /// flow) of every cell of one member at the instants of a plan with gas, in double precision: quantity, cell × instant.
 /// They are those of the plan's own resolution.
@@ -327,7 +302,7 @@ pub fn cell_states(plan: &Plan, ensemble: &Ensemble, member: usize) -> [Vec<Vec<
     let values = ensemble.member(member);
     let value = |_: usize, column: usize| if column == 0 { 1.0 } else { values[column - 1] };
     let mut temperatures_k = vec![0.0; plan.sensor_locations.len() * plan.records];
-    let marched = march_group::<Scalar, f64>(plan, &plan.data, 1, value, &mut temperatures_k, true);
+    let marched = kernel::scalar_f64::KERNEL.march(plan, &plan.data, 1, value, &mut temperatures_k, true);
     let mut cells = marched[0].cell_states.chunks(plan.records.max(1)).map(|records| match &plan.interpolation {
         None => records.to_vec(),
         Some(readout) => {
@@ -337,91 +312,6 @@ pub fn cell_states(plan: &Plan, ensemble: &Ensemble, member: usize) -> [Vec<Vec<
         }
     });
     std::array::from_fn(|_| cells.by_ref().take(plan.cells()).collect())
-}
-
-/// March one SIMD group, given the value of each lane in each factor column, and return the results of the first
-/// `lanes` lanes; with the states of all cells of the first lane if `reads_cells`. Everything is inlined into one
-/// function that is compiled for each instruction set, with and without gas.
-fn march_group<S: Simd, R: Real>(
-    plan: &Plan,
-    rows: &PlanData<R::Scalar>,
-    lanes: usize,
-    value: impl Fn(usize, usize) -> f64,
-    temperatures_k: &mut [f64],
-    reads_cells: bool,
-) -> Vec<MemberResult> {
-    let columns: Vec<R> = (0..=plan.factors).map(|column| R::from_lanes(|lane| value(lane, column))).collect();
-    if plan.gas.is_some() {
-        S::invoke(
-            #[inline(always)]
-            || march_group_inlined::<R, true>(plan, rows, lanes, &columns, temperatures_k, reads_cells),
-        )
-    } else {
-        S::invoke(
-            #[inline(always)]
-            || march_group_inlined::<R, false>(plan, rows, lanes, &columns, temperatures_k, reads_cells),
-        )
-    }
-}
-
-#[inline(always)]
-fn march_group_inlined<R: Real, const GAS: bool>(
-    plan: &Plan,
-    rows: &PlanData<R::Scalar>,
-    lanes: usize,
-    columns: &[R],
-    temperatures_k: &mut [f64],
-    reads_cells: bool,
-) -> Vec<MemberResult> {
-    let (sensors, instants) = (plan.sensor_locations.len(), plan.records);
-    let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
-    let reads_cells = GAS && reads_cells;
-    let mut cell_states = vec![0.0; if reads_cells { CELL_QUANTITIES * plan.cells() * instants } else { 0 }];
-    let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
-    for step in 0..=plan.steps() {
-        member.advance(
-            step,
-            #[inline(always)]
-            |member| {
-                let instant = plan.record_at_step[step];
-                if instant != NO_INSTANT {
-                    for (sensor, lane) in (0..sensors).flat_map(|sensor| (0..lanes).map(move |lane| (sensor, lane))) {
-                        let at = (lane * sensors + sensor) * instants + instant as usize;
-                        temperatures_k[at] = member.bead_temperature_k(sensor, lane);
-                    }
-                    if plan.gauges() > 0 {
-                        let read = member.gauges(step);
-                        for (lane, gauge) in (0..lanes).flat_map(|lane| (0..GAUGES).map(move |gauge| (lane, gauge))) {
-                            gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
-                        }
-                    }
-                    if reads_cells {
-                        for (ply, row) in plan.plies.iter().enumerate() {
-                            for cell in row.first_cell as usize..row.end_cell as usize {
-                                for (quantity, value) in member.cell_state(ply, cell).into_iter().enumerate() {
-                                    let at = (quantity * plan.cells() + cell) * instants + instant as usize;
-                                    cell_states[at] = value.lane(0);
-                                }
-                            }
-                        }
-                    }
-                }
-            },
-        );
-    }
-    (0..lanes)
-        .map(|lane| {
-            let size = gauges.len() / lanes;
-            MemberResult {
-                diverged_at_step: member.diverged_at(lane),
-                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane))
-                    .with_gas(member.gas_balance(lane)),
-                extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
-                gauges: gauges[lane * size..(lane + 1) * size].to_vec(),
-                cell_states: if lane == 0 { std::mem::take(&mut cell_states) } else { Vec::new() },
-            }
-        })
-        .collect()
 }
 
 #[cfg(test)]
@@ -439,7 +329,7 @@ mod tests {
         let factors = case.factors.len();
         let ensemble = Ensemble::from_values(factors, (0..5 * factors).map(|i| 0.9 + 0.01 * (i % 21) as f64).collect());
         for precision in [Precision::F64, Precision::F32] {
-            let scalar = march_scalar(precision, &plan, &ensemble, 0..5);
+            let scalar = Vectors::Scalar.march(precision, &plan, &ensemble, 0..5);
             assert!(scalar.trace(0, 0) != scalar.trace(1, 0), "the members are equal");
             let all: Vec<usize> = (0..factors).collect();
             let derivatives = Vectors::Scalar.tangents(precision, &plan, &ensemble, &all);

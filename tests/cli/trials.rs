@@ -65,7 +65,7 @@ fn a_sweep_that_is_killed_at_any_moment_is_resumed_to_the_same_bits_and_leaves_n
     let scratch = Scratch::new("killed");
     let case = scratch.write("c/case.toml", CASE).parent().expect("a folder").to_owned();
     let (trials, line) = if is_long() {
-        (100, sweep(&root().join("cases/slab").display().to_string(), 200_000))
+        (100, sweep(&root().join("cases/slab").display().to_string(), 60_000) + " --checkpoint-interval 0.2s")
     } else {
         (5, sweep(&case.display().to_string(), 20_000) + " --checkpoint-interval 0.02s")
     };

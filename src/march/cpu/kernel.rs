@@ -1,0 +1,189 @@
+//! The march of one SIMD group: one generic function into which everything is inlined, compiled for each instruction
+//! set and number type, with and without gas.
+
+use crate::physics::Real;
+use crate::physics::cell_state::CELL_QUANTITIES;
+use crate::physics::dual::Dual;
+use crate::physics::lanes::{F32Lanes, F64Lanes, SimdTables};
+use crate::physics::member::Member;
+use crate::plan::Plan;
+use crate::plan::layout::{GAUGES, NO_INSTANT, PlanData};
+use crate::traces::{Balance, MemberStatus, Traces};
+#[cfg(target_arch = "aarch64")]
+use simdeez::engines::neon::Neon;
+use simdeez::engines::scalar::Scalar;
+#[cfg(target_arch = "x86_64")]
+use simdeez::engines::{avx2::Avx2, avx512::Avx512};
+use simdeez::prelude::Simd;
+
+type MarchGroup<R> = fn(&Plan, &PlanData<<R as Real>::Scalar>, usize, &[R], &mut [f64], bool) -> Vec<MemberResult>;
+
+/// [`march_group`], compiled for one instruction set.
+pub(super) struct Kernel<R: Real> {
+    with_gas: MarchGroup<R>,
+    without_gas: MarchGroup<R>,
+}
+
+impl<R: Real> Kernel<R> {
+    /// March one SIMD group, given the value of each lane in each factor column, and return the results of the first
+    /// `lanes` lanes; with the states of all cells of the first lane if `reads_cells`.
+    pub(super) fn march(
+        &self,
+        plan: &Plan,
+        rows: &PlanData<R::Scalar>,
+        lanes: usize,
+        value: impl Fn(usize, usize) -> f64,
+        temperatures_k: &mut [f64],
+        reads_cells: bool,
+    ) -> Vec<MemberResult> {
+        let columns: Vec<R> = (0..=plan.factors).map(|column| R::from_lanes(|lane| value(lane, column))).collect();
+        let march = if plan.gas.is_some() { self.with_gas } else { self.without_gas };
+        march(plan, rows, lanes, &columns, temperatures_k, reads_cells)
+    }
+}
+
+/// A kernel in modules of its own: the compiler optimises modules in parallel, but all instances of one generic
+/// function on one thread.
+macro_rules! kernel {
+    ($name:ident, $instructions:ty, $real:ty) => {
+        pub(in crate::march::cpu) mod $name {
+            use super::*;
+
+            pub(in crate::march::cpu) const KERNEL: Kernel<$real> =
+                Kernel { with_gas: with_gas::march, without_gas: without_gas::march };
+
+            kernel!(with_gas, $instructions, $real, true);
+            kernel!(without_gas, $instructions, $real, false);
+        }
+    };
+    ($name:ident, $instructions:ty, $real:ty, $gas:literal) => {
+        mod $name {
+            use super::*;
+
+            pub(super) fn march(
+                plan: &Plan,
+                rows: &PlanData<<$real as Real>::Scalar>,
+                lanes: usize,
+                columns: &[$real],
+                temperatures_k: &mut [f64],
+                reads_cells: bool,
+            ) -> Vec<MemberResult> {
+                <$instructions>::invoke(
+                    #[inline(always)]
+                    || march_group::<$real, $gas>(plan, rows, lanes, columns, temperatures_k, reads_cells),
+                )
+            }
+        }
+    };
+}
+
+/// A number with derivatives in as many directions as vectors allow.
+type DerivativesF64<S> = Dual<f64, <S as SimdTables>::Directions>;
+
+kernel!(scalar_f64, Scalar, f64);
+kernel!(scalar_f32, Scalar, f32);
+kernel!(scalar_derivatives_f64, Scalar, DerivativesF64<Scalar>);
+// On the CPU f32 serves to compare with devices, so one direction at a time is enough: eight at once took a fifth of
+// the compile time of the crate (benches/LOG.md).
+kernel!(scalar_derivatives_f32, Scalar, Dual<f32, F32Lanes<Scalar>>);
+
+#[cfg(target_arch = "x86_64")]
+kernel!(avx2_f64, Avx2, F64Lanes<Avx2>);
+#[cfg(target_arch = "x86_64")]
+kernel!(avx2_f32, Avx2, F32Lanes<Avx2>);
+#[cfg(target_arch = "x86_64")]
+kernel!(avx2_derivatives_f64, Avx2, DerivativesF64<Avx2>);
+#[cfg(target_arch = "x86_64")]
+kernel!(avx512_f64, Avx512, F64Lanes<Avx512>);
+#[cfg(target_arch = "x86_64")]
+kernel!(avx512_f32, Avx512, F32Lanes<Avx512>);
+#[cfg(target_arch = "x86_64")]
+kernel!(avx512_derivatives_f64, Avx512, DerivativesF64<Avx512>);
+#[cfg(target_arch = "aarch64")]
+kernel!(neon_f64, Neon, F64Lanes<Neon>);
+#[cfg(target_arch = "aarch64")]
+kernel!(neon_f32, Neon, F32Lanes<Neon>);
+#[cfg(target_arch = "aarch64")]
+kernel!(neon_derivatives_f64, Neon, DerivativesF64<Neon>);
+
+/// Results of a member other than temperatures.
+pub(super) struct MemberResult {
+    pub(super) diverged_at_step: Option<usize>,
+    balance: Balance,
+    pub(super) extremes_k: Vec<(f64, f64)>,
+    /// Gauge × instant.
+    gauges: Vec<f64>,
+    /// Quantity × cell × record, where they are read.
+    pub(super) cell_states: Vec<f64>,
+}
+
+impl MemberResult {
+    pub(super) fn into_traces(self, status: MemberStatus, traces: &mut Traces) {
+        traces.statuses.push(status);
+        traces.balances.push(self.balance);
+        traces.extremes_k.extend(self.extremes_k);
+        traces.gauges.extend(self.gauges);
+    }
+}
+
+/// March one SIMD group of members, given the factor columns, and return the results of the first `lanes` lanes; with
+/// the states of all cells of the first lane if `reads_cells`.
+#[inline(always)]
+fn march_group<R: Real, const GAS: bool>(
+    plan: &Plan,
+    rows: &PlanData<R::Scalar>,
+    lanes: usize,
+    columns: &[R],
+    temperatures_k: &mut [f64],
+    reads_cells: bool,
+) -> Vec<MemberResult> {
+    let (sensors, instants) = (plan.sensor_locations.len(), plan.records);
+    let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
+    let reads_cells = GAS && reads_cells;
+    let mut cell_states = vec![0.0; if reads_cells { CELL_QUANTITIES * plan.cells() * instants } else { 0 }];
+    let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
+    for step in 0..=plan.steps() {
+        member.advance(
+            step,
+            #[inline(always)]
+            |member| {
+                let instant = plan.record_at_step[step];
+                if instant != NO_INSTANT {
+                    for (sensor, lane) in (0..sensors).flat_map(|sensor| (0..lanes).map(move |lane| (sensor, lane))) {
+                        let at = (lane * sensors + sensor) * instants + instant as usize;
+                        temperatures_k[at] = member.bead_temperature_k(sensor, lane);
+                    }
+                    if plan.gauges() > 0 {
+                        let read = member.gauges(step);
+                        for (lane, gauge) in (0..lanes).flat_map(|lane| (0..GAUGES).map(move |gauge| (lane, gauge))) {
+                            gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
+                        }
+                    }
+                    if reads_cells {
+                        for (ply, row) in plan.plies.iter().enumerate() {
+                            for cell in row.first_cell as usize..row.end_cell as usize {
+                                for (quantity, value) in member.cell_state(ply, cell).into_iter().enumerate() {
+                                    let at = (quantity * plan.cells() + cell) * instants + instant as usize;
+                                    cell_states[at] = value.lane(0);
+                                }
+                            }
+                        }
+                    }
+                }
+            },
+        );
+    }
+    (0..lanes)
+        .map(|lane| {
+            let size = gauges.len() / lanes;
+            MemberResult {
+                diverged_at_step: member.diverged_at(lane),
+                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane))
+                    .with_gas(member.gas_balance(lane)),
+                extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
+                gauges: gauges[lane * size..(lane + 1) * size].to_vec(),
+                cell_states: if lane == 0 { std::mem::take(&mut cell_states) } else { Vec::new() },
+            }
+        })
+        .collect()
+}
