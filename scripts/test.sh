@@ -114,8 +114,8 @@ if "$all"; then
     # in an interpreter.
     MIRIFLAGS='-Zmiri-disable-isolation -Zmiri-deterministic-floats' cargo +nightly miri test --lib \
         --no-default-features -- --skip ensemble_mcmc --skip chain_diagnostics --skip optimal_design \
-        --skip reliability --skip smoothing_spline --skip a_histogram_depends fit:: limits:: case::unit case::table \
-        case::factor case::estimation case::exposure statistics::histogram
+        --skip reliability --skip smoothing_spline fit:: limits:: case::unit case::table case::factor \
+        case::estimation case::exposure statistics::histogram physics::lanes
 fi
 say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --profile work --workspace --lib --no-deps
