@@ -94,7 +94,8 @@ else
     say 'advisories are not checked: their database at github.com/RustSec/advisory-db cannot be reached'
 fi
 say 'tests'
-cargo test --profile work --workspace
+# One thread more than processors, as some tests wait for a browser or a device.
+RUST_TEST_THREADS=$(($(nproc) + 1)) cargo test --profile work --workspace
 say 'Python package'
 scripts/python.sh
 if "$all"; then

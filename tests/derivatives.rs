@@ -4,7 +4,7 @@
 mod kinds;
 
 use crate::support::{
-    DERIVATIVE_AT_TABLE_NODE, MIN_DERIVATIVE_K, NOISE_FREE_ESTIMATE, adapter, all_numbers, coarse, modified,
+    DERIVATIVE_AT_TABLE_NODE, MIN_DERIVATIVE_K, NOISE_FREE_ESTIMATE, adapter, all_numbers, coarse, modified, runs_all,
     with_factor,
 };
 use bondline::Case;
@@ -125,7 +125,7 @@ fn a_one_sided_derivative_is_caught() {
 fn tangents_at_nominal_factors_are_bit_identical_on_device_and_cpu() {
     let device = Device::open(adapter(), false).expect("the device opens");
     let mut gpu = Gpu::new(device, Precision::F32).expect("the device passes its self-tests");
-    for word in ["interfaces", "depth of the back", "blowing without gas"] {
+    for word in ["interfaces", "blowing without gas"].into_iter().chain(runs_all().then_some("depth of the back")) {
         let case = kinds::cases(26).into_iter().find(|case| case.name().contains(word)).expect("one of the kinds");
         let (here, there) = (tangents(&mut Cpu::new(Precision::F32), &case, 1.0), tangents(&mut gpu, &case, 1.0));
         let pairs = all_numbers(&here).into_iter().zip(all_numbers(&there));

@@ -14,7 +14,7 @@
 //!
 //! The crate `trycmd` also runs such pages, but shows placeholders in place of times and writes no files from blocks.
 
-use crate::support::{Scratch, files, root, text};
+use crate::support::{Scratch, files, root, runs_all, text};
 use bondline::case::Case;
 use std::fs;
 use std::process::Command;
@@ -200,7 +200,6 @@ fn complaints(page: &str) -> Vec<String> {
     for folder in ["cases", "data"] {
         std::os::unix::fs::symlink(root().join(folder), scratch.path().join(folder)).expect("a link to shipped files");
     }
-    let is_all = std::env::var_os("BONDLINE_ALL").is_some();
     let mut complaints = Vec::new();
     let mut cases = Vec::new();
     let mut renewed: Vec<String> = source.lines().map(str::to_owned).collect();
@@ -208,7 +207,7 @@ fn complaints(page: &str) -> Vec<String> {
     for block in &found {
         let place = format!("{page}:{}", block.line);
         match block.language.as_str() {
-            "console" if block.has("long") && !is_all => {}
+            "console" if block.has("long") && !runs_all() => {}
             "console" => {
                 let (wrong, should) = checked(&scratch, page, block);
                 if !wrong.is_empty() {

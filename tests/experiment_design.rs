@@ -1,7 +1,7 @@
 //! Designs of tests: what they expect against what twin experiments find, and what makes them better or worse.
 
 use crate::cli::run;
-use crate::support::{Scratch, case, root};
+use crate::support::{Scratch, case, root, runs_all};
 use bondline::session::{BackendKind, DesignOptions, Options, Session};
 use bondline::study::experiment_design::{Design, ExperimentDesign};
 use std::fs;
@@ -80,8 +80,7 @@ fn what_cannot_be_designed_is_refused_with_the_reason() {
 /// square error of the fits is within 10 % (25 %) of the expected standard error.
 #[test]
 fn twin_experiments_on_the_written_design_have_the_expected_errors() {
-    let is_all = std::env::var_os("BONDLINE_ALL").is_some();
-    let (members, data_sets, tolerance) = if is_all { (1000, 400, 0.10) } else { (60, 60, 0.25) };
+    let (members, data_sets, tolerance) = if runs_all() { (1000, 400, 0.10) } else { (60, 60, 0.25) };
     let scratch = Scratch::new("design");
     let names = FACTORS.join(",");
     run(

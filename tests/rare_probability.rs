@@ -1,7 +1,7 @@
 //! Sampling until an interval is narrow enough, and rare probabilities, against the closed form of a slab.
 
 use crate::cli::{CASE, run};
-use crate::support::{Scratch, case};
+use crate::support::{Scratch, case, runs_all};
 use bondline::session::{BackendKind, Options, Session, UncertaintyOptions};
 use bondline::study::sequential_sampling::{PrecisionReached, PrecisionTarget};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -65,7 +65,7 @@ fn covered(session: &mut Session, temperature_k: f64, truth: f64, seeds: u64) ->
 #[test]
 fn intervals_of_probabilities_of_1e_2_to_1e_4_contain_the_exact_one_at_a_tenth_of_the_members() {
     let mut session = slab();
-    let seeds = if std::env::var_os("BONDLINE_ALL").is_some() { 100 } else { 12 };
+    let seeds = if runs_all() { 100 } else { 12 };
     for (temperature_k, magnitude) in [(753.5, 1e-2), (769.5, 1e-3), (775.7, 1e-4)] {
         let truth = exact_probability(temperature_k);
         assert!((0.9..1.1).contains(&(truth / magnitude)), "{truth} at {temperature_k} K");

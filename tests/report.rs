@@ -123,8 +123,11 @@ fn defects_of_a_page_are_detected() {
     for (from, to, expected) in [
         ("id=\"charts\">{", "id=\"charts\">{{", &["console: ", "0 of ", "still images shown"] as &[&str]),
         ("id=\"plotly\">", "id=\"plotly\">AAAA", &["console: ", "0 of ", "still images shown", "plotly.js none runs"]),
-        ("</main>", &format!("</main>{heavy}"), &["bytes, at most 2000000 expected"]),
-        ("</main>", &format!("{wide}{asking}</main>"), &["pixels wide", "picture.png"]),
+        (
+            "</main>",
+            &format!("{wide}{asking}</main>{heavy}"),
+            &["pixels wide", "picture.png", "bytes, at most 2000000 expected"],
+        ),
         ("@media print", "@media tv", &["no print style"]),
     ] {
         assert!(page.contains(from), "{from:?} is not on the page");

@@ -1,6 +1,6 @@
 //! Tangents computed by a march, against finite differences of temperatures.
 
-use crate::support::{adapter, all_numbers, case, cases, cases_of_each_kind, modified};
+use crate::support::{adapter, all_numbers, case, cases, modified, runs_all};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::gpu::Gpu;
@@ -150,17 +150,20 @@ fn apart(gpu: &mut Gpu, precision: Precision, case: &bondline::Case) -> (usize, 
     (differing(&tangents(gpu, &plan, &points, &factors), &here), all_numbers(&here).len())
 }
 
+/// A case without gas, a decomposing one and Darcy flow, or with `BONDLINE_ALL` every shipped case.
 #[test]
-fn tangents_of_every_kind_of_case_are_bit_identical_on_device_and_cpu() {
-    for case in cases_of_each_kind().iter().filter(|case| !case.factors().is_empty()) {
+fn tangents_are_bit_identical_on_device_and_cpu() {
+    let some = || ["lcat-2259", "lcat-2259-pyrolysis", "permeation"].map(case).into();
+    let chosen = if runs_all() { cases() } else { some() };
+    for case in chosen.iter().filter(|case| !case.factors().is_empty()) {
         assert_eq!(apart(&mut locked(&SINGLE), Precision::F32, case).0, 0, "{}", case.id());
     }
 }
 
-/// Kernels in double precision take long to compile: one case without decomposition, one with it.
+/// Kernels in double precision take long to compile: a case without decomposition, and one with it if `BONDLINE_ALL`.
 #[test]
 fn tangents_in_double_precision_are_bit_identical_on_device_and_cpu() {
-    for id in ["lcat-2259", "lcat-2259-pyrolysis"] {
+    for id in ["lcat-2259"].into_iter().chain(runs_all().then_some("lcat-2259-pyrolysis")) {
         assert_eq!(apart(&mut locked(&DOUBLE), Precision::F64, &case(id)).0, 0, "{id}");
     }
 }

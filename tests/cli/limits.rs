@@ -2,7 +2,7 @@
 
 use super::input_errors::refused;
 use super::{CASE, CommandResult, OBSERVATIONS, run, run_args, wait_for};
-use crate::support::{Scratch, root, text};
+use crate::support::{Scratch, root, runs_all, text};
 use bondline::limits::{LIMITS, Limit, STARTS, STATISTICS_MIB, STEPS, TEMPERATURES};
 use std::process::Command;
 
@@ -118,10 +118,10 @@ fn as_many_plies_and_sensors_as_the_limits_allow_are_computed() {
 /// Time, s, of a large request on a busy machine.
 const LONG_SECONDS: usize = 300;
 
-/// Each command at the limit that governs its memory, and just beyond it.
+/// Each command just beyond the limit that governs its memory, and with `BONDLINE_ALL` at the limit; without it only a
+/// sweep, with fewer members.
 #[test]
 fn the_largest_requests_fit_into_2_gib() {
-    let is_all = std::env::var_os("BONDLINE_ALL").is_some();
     let scratch = Scratch::new("limits-memory");
     let more: String =
         (0..126).map(|n| format!("[[sensor]]\nname = \"S{n}\"\ndepth = \"{} um\"\n", 20 * n + 10)).collect();
@@ -129,23 +129,27 @@ fn the_largest_requests_fit_into_2_gib() {
     scratch.write("many/case.toml", CASE.replacen("[hot_face]", &(more + "[hot_face]"), 1));
     let lcat = root().join("cases/lcat-2259").display().to_string();
     let long = |line: &str| run_within(&scratch, LONG_SECONDS, &format!("{line} --backend cpu --quiet"));
+    let largest = |line: &str| {
+        if runs_all() {
+            long(line).succeeded();
+        }
+    };
     let beyond = |line: &str, limit: &Limit| {
         long(line).exited_with(2).with_stderr(&[&format!("expected at most {limit}, found ")]);
     };
 
     let every = |interval: &str| format!("sensitivity many --set resolution.output_interval='{interval}'");
-    long(&every("5.13 ms")).succeeded();
+    largest(&every("5.13 ms"));
     beyond(&every("5.1 ms"), &TEMPERATURES);
 
-    let cells = if is_all { 190 } else { 16 };
     let step = |step: &str| {
         let steps = format!("--set resolution.first_step='{step}' --set resolution.max_step='{step}'");
-        format!("predict c --set resolution.cells={cells} {steps}")
+        format!("predict c --set resolution.cells=190 {steps}")
     };
-    long(&step("0.0405 ms")).succeeded();
+    largest(&step("0.0405 ms"));
     beyond(&step("0.039 ms"), &STEPS);
 
-    let (half, all) = if is_all { (1000, 2000) } else { (100, 200) };
+    let (half, all) = if runs_all() { (1000, 2000) } else { (100, 200) };
     let sweep = |interval: &str, part: &str| {
         let interval = format!("--set resolution.output_interval='{interval}'");
         format!("uncertainty {lcat} -n {all} --members {part} {interval} --checkpoint-interval 0s --out p")
@@ -156,9 +160,7 @@ fn the_largest_requests_fit_into_2_gib() {
     let parts = format!("merge p/lcat-2259-0-{half}.json p/lcat-2259-{half}-{all}.json");
     run_within(&scratch, LONG_SECONDS, &parts).succeeded();
 
-    if is_all {
-        long("estimate c --starts 10000").succeeded();
-    }
+    largest("estimate c --starts 10000");
     beyond("estimate c --starts 10001", &STARTS);
 }
 

@@ -3,7 +3,7 @@
 
 use super::resume::{ended, started};
 use super::{CASE, CommandResult, run, run_limited, wait_for};
-use crate::support::{Scratch, Uniform, root, without_run};
+use crate::support::{Scratch, Uniform, root, runs_all, without_run};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,10 +18,6 @@ const MAX_REPEATED: Duration = Duration::from_secs(10);
 
 /// A block of a file system in memory.
 const BLOCK: u64 = 4096;
-
-fn is_long() -> bool {
-    std::env::var_os("BONDLINE_ALL").is_some()
-}
 
 /// Print a line that the test harness does not capture.
 fn say(line: &str) {
@@ -64,7 +60,7 @@ fn sweep(case: &str, members: usize) -> String {
 fn a_sweep_that_is_killed_at_any_moment_is_resumed_to_the_same_bits_and_leaves_no_file() {
     let scratch = Scratch::new("killed");
     let case = scratch.write("c/case.toml", CASE).parent().expect("a folder").to_owned();
-    let (trials, line) = if is_long() {
+    let (trials, line) = if runs_all() {
         (100, sweep(&root().join("cases/slab").display().to_string(), 60_000) + " --checkpoint-interval 0.2s")
     } else {
         (5, sweep(&case.display().to_string(), 20_000) + " --checkpoint-interval 0.02s")
@@ -147,7 +143,7 @@ fn one_changed_byte_of_kept_members_is_noticed() {
 fn of_two_writers_of_one_folder_one_writes_and_the_other_is_told_who() {
     let scratch = Scratch::new("race");
     scratch.write("c/case.toml", CASE);
-    let (trials, members) = if is_long() { (15, 50_000) } else { (2, 20_000) };
+    let (trials, members) = if runs_all() { (15, 50_000) } else { (2, 20_000) };
     let line = |seed: usize, out: &str| format!("{} --seed {seed} --quiet --out {out}/one", sweep("c", members));
     let expected = [1, 2].map(|seed| {
         run(&scratch, &line(seed, &format!("alone-{seed}"))).succeeded();
@@ -231,7 +227,7 @@ impl Drop for Disk<'_> {
 fn a_disk_that_is_full_at_any_moment_is_an_error_and_the_earlier_report_stays() {
     let scratch = Scratch::new("full-disk");
     scratch.write("c/case.toml", CASE);
-    let trials = if is_long() { 50 } else { 5 };
+    let trials = if runs_all() { 50 } else { 5 };
     let line = |seed: usize| format!("{} --seed {seed} --checkpoint-interval 0.02s --out disk/one", sweep("c", 10_000));
     let disk = Disk::new(&scratch);
     let expected = [2, 1].map(|seed| {

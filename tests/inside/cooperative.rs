@@ -4,7 +4,7 @@ use super::layup::with_holder_and_held_face;
 use super::parity::with_scaled_conductivities;
 use crate::support::{
     BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, adapter, case, cases_of_each_kind, modified,
-    nominal_and_random,
+    nominal_and_random, runs_all,
 };
 use crate::support::{all_numbers, count_differences, max_difference_k};
 use bondline::case::{Case, GasFlowModel, Sensor};
@@ -70,13 +70,19 @@ fn marched(case: &Case, precision: Precision, lanes: u32) -> [Marched; 2] {
     })
 }
 
-/// Shipped cases of each kind in double precision, and features that they lack: holder, contact and depth factors,
-/// unhindered gas; and one case of each kind in single precision. In two threads, as compiling takes longest.
+/// In double precision a case without gas, a decomposing one and Darcy flow, and with `BONDLINE_ALL` all shipped cases;
+/// and what they lack: holder, contact and depth factors, unhindered gas. In single precision Darcy flow, and with
+/// `BONDLINE_ALL` the holder. In two threads, as compiling takes longest.
 static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
-    let every = cases_of_each_kind().into_iter().map(coarsened).chain([with_holder_and_held_face(), unhindered()]);
+    let (shipped, more) = if runs_all() {
+        (cases_of_each_kind(), vec![unhindered()])
+    } else {
+        (["lcat-2259", "lcat-2259-pyrolysis", "permeation"].map(case).into(), Vec::new())
+    };
+    let every = shipped.into_iter().map(coarsened).chain([with_holder_and_held_face()]).chain(more);
     let double = every.zip(THREADS_IN_TURN.into_iter().cycle()).map(|(case, lanes)| (case, Precision::F64, lanes));
-    let kinds = [with_holder_and_held_face(), coarsened(case("permeation"))];
-    let inputs = double.chain(kinds.map(|case| (case, Precision::F32, COOPERATIVE_THREADS)));
+    let single = runs_all().then(with_holder_and_held_face).into_iter().chain([coarsened(case("permeation"))]);
+    let inputs = double.chain(single.map(|case| (case, Precision::F32, COOPERATIVE_THREADS)));
     let (even, odd): (Vec<_>, Vec<_>) = inputs.enumerate().partition(|(place, _)| place % 2 == 0);
     let march = |inputs: Vec<(usize, (Case, Precision, u32))>| -> Vec<Marched> {
         inputs.into_iter().flat_map(|(_, (case, precision, lanes))| marched(&case, precision, lanes)).collect()

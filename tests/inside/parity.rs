@@ -3,7 +3,7 @@
 
 use crate::support::{
     DOUBLE_K, SINGLE_K, SINGLE_REACTING_K, Scratch, adapter, case, cases, cases_of_each_kind, count_differences,
-    max_difference_k, modified, nominal_and_random, with_factor,
+    max_difference_k, modified, nominal_and_random, runs_all, with_factor,
 };
 use bondline::adapt::adapt;
 use bondline::case::{Bounds, Case, Property};
@@ -223,11 +223,8 @@ fn simd_lanes_are_bit_identical_to_one_member_at_a_time() {
 /// as drivers unroll shorter loops and may then add in another order. Reactions with `BONDLINE_ALL`.
 #[test]
 fn runtime_checks_change_no_bit_with_and_without_gas() {
-    let ids: &[&str] = if std::env::var_os("BONDLINE_ALL").is_some() {
-        &["slab", "lcat-2259-pyrolysis", "permeation", "tacot-held"]
-    } else {
-        &["slab", "permeation"]
-    };
+    let ids: &[&str] =
+        if runs_all() { &["slab", "lcat-2259-pyrolysis", "permeation", "tacot-held"] } else { &["slab", "permeation"] };
     for id in ids {
         let case = modified(&case(id), |case| case.resolution.cells = 40);
         let (plan, ensemble) = (Plan::new(&case), nominal_and_random(&case, FEW));

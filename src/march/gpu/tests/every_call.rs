@@ -12,6 +12,7 @@ use crate::march::gpu::Gpu;
 use crate::march::{Backend, March, MarchError, PendingBatch, Precision, march_all};
 use crate::plan::Plan;
 use crate::session::{Options, Session, SessionError, UncertaintyOptions};
+use crate::support::runs_all;
 use crate::traces::Traces;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -185,12 +186,11 @@ impl Work {
         FAULTS.iter().for_each(|fault| check(&self.opened(), *fault, 0, false));
         check(&self.opened(), Fault::Destroyed, 0, false);
 
-        let is_all = std::env::var_os("BONDLINE_ALL").is_some();
         let mut kinds = BTreeSet::from([DriverCall::Pipeline]);
         for (call, &kind) in calls.iter().enumerate() {
             FAULTS.iter().for_each(|fault| check(&device, *fault, call, false));
             // A device that was destroyed cannot be used again.
-            if kinds.insert(kind) || is_all {
+            if kinds.insert(kind) || runs_all() {
                 check(&self.warm(), Fault::Destroyed, call, false);
             }
         }

@@ -10,6 +10,7 @@ use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::march::cpu::ScalarReference;
 use crate::march::{March, Precision, readings, trace_rows};
 use crate::plan::Plan;
+use crate::support::runs_all;
 use crate::traces::{MemberStatus, Traces};
 use std::collections::BTreeMap;
 
@@ -359,19 +360,22 @@ const THREADS: u32 = 5;
 /// order of elimination.
 const ROUNDING: f64 = 1e-9;
 
-/// The cases as targets of mutants, one thread a member; in single precision three of them, as the branches are the
-/// same but for flushing tiny results.
-pub(super) fn targets(device: &Device, precision: Precision) -> Vec<Target> {
-    let some = [INERT, QUASI_STEADY, ABSOLUTE];
-    let chosen = CASES.iter().filter(|(_, text)| precision == Precision::F64 || some.contains(text));
+/// The cases as targets of mutants, one thread a member.
+pub(super) fn all_targets(device: &Device, precision: Precision) -> Vec<Target> {
+    CASES.iter().map(|case| in_precision(device, case, precision, 1)).collect()
+}
+
+/// A case without gas, quasi-steady gas and Darcy flow.
+pub(super) fn some_targets(device: &Device, precision: Precision) -> Vec<Target> {
+    let chosen = CASES.iter().filter(|(_, text)| [INERT, QUASI_STEADY, ABSOLUTE].contains(text));
     chosen.map(|case| in_precision(device, case, precision, 1)).collect()
 }
 
-/// Cooperative targets: a holder, quasi-steady gas and Darcy flow of air; with `BONDLINE_ALL` also Darcy flow of
-/// pyrolysis gas, whose kernel compiles for half a minute.
+/// Cooperative targets: a holder; with `BONDLINE_ALL` also quasi-steady gas and Darcy flow of air and of pyrolysis gas,
+/// whose kernels compile for up to half a minute.
 pub(super) fn cooperative_targets(device: &Device) -> Vec<Target> {
     let all = [HELD, QUASI_STEADY, AIR, ABSOLUTE];
-    let some = if std::env::var_os("BONDLINE_ALL").is_some() { &all[..] } else { &all[..3] };
+    let some = if runs_all() { &all[..] } else { &all[..1] };
     let chosen = CASES.iter().filter(|(_, text)| some.contains(text));
     chosen.map(|case| in_precision(device, case, Precision::F64, THREADS)).collect()
 }
@@ -442,11 +446,13 @@ fn target<W: DeviceScalar>(device: &Device, name: &str, text: &str, precision: P
     Target { name, entry: "march", kernel, agrees: Box::new(agrees) }
 }
 
+/// In single precision every case; in double, whose kernels compile longer, some, or with `BONDLINE_ALL` all.
 #[test]
 fn short_marches_on_the_gpu_are_bit_identical_to_the_processor_and_cooperative_ones_within_rounding() {
     let device = super::device(false);
-    let alone = [Precision::F32, Precision::F64].map(|precision| targets(&device, precision));
-    for target in alone.into_iter().flatten().chain(cooperative_targets(&device)) {
+    let single = all_targets(&device, Precision::F32);
+    let in_double = if runs_all() { all_targets } else { some_targets };
+    for target in single.into_iter().chain(in_double(&device, Precision::F64)).chain(cooperative_targets(&device)) {
         let pipeline = device.pipeline(&target.kernel, target.entry).expect("the driver compiles it");
         assert!((target.agrees)(&pipeline, 0), "{}", target.name);
     }
