@@ -1,7 +1,8 @@
 //! Heat conduction: cell properties, fluxes between cells and through the surfaces.
 
 use super::Real;
-use super::compensated::{DoubleWord, add_unnormalized, difference};
+use super::compensated::{add_unnormalized, difference};
+use super::double_word::DoubleWord;
 use super::gas_advection::{advected_heat_gain, advected_heat_slopes, gas_enthalpy};
 use super::holder::lateral_heat_flux;
 use super::material::{
@@ -18,7 +19,7 @@ use std::ops::Range;
 
 /// A cell at a stage, as its two interior faces see it.
 #[derive(Clone, Copy)]
-pub(super) struct Node<R> {
+pub(super) struct Node<R: Real> {
     pub(super) temperature: DoubleWord<R>,
     /// Temperature increment of the first stage, K; zero at the first stage.
     pub(super) increment: R,
@@ -88,7 +89,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             if GAS && self.plan.gas == Some(GasFlowModel::Darcy) {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
-                    self.thermal.properties[i].capacity = self.thermal.properties[i].capacity + self.gas_capacity(i);
+                    let gas = self.gas_capacity(i);
+                    let own = &mut self.thermal.properties[i];
+                    let capacity = if stage == 0 { &mut own.first_capacity } else { &mut own.slope_or_capacity };
+                    *capacity = *capacity + gas;
                 }
             }
         }
@@ -103,7 +107,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let phases = self.stage_phases(p, i, stage);
         let here = self.mixture(p, at, row, pressure, phases, stage == 0);
         let capacity = here.heat_capacity * R::constant(self.rows.cells[i].width_m);
-        self.thermal.properties[i] = CellProperties { conductivity: here.conductivity, slope: here.slope, capacity };
+        self.thermal.properties[i].set(here.conductivity, here.slope, capacity, stage);
         if self.reads_gas_tables(stage) {
             [self.gas.enthalpies_j_kg[i], self.gas.heat_capacities[i]] = gas_enthalpy(self.gas_columns(p, row));
         }
@@ -175,7 +179,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             let here = solid_properties(row, parts, scale, with_slope);
             let capacity = density_kg_m3 * here.heat_capacity * R::constant(rows[i].width_m);
-            matter[i] = CellProperties { conductivity: here.conductivity, slope: here.slope, capacity };
+            matter[i].set(here.conductivity, here.slope, capacity, stage);
             if reads_gas {
                 [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(column_offset(row, plan.properties()));
             }
@@ -239,7 +243,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut conductivity_slopes = [R::from_f64(0.0); 2];
         if stage == 0 {
             let gain = drop * half_over_next_1_m;
-            conductivity_slopes = [here.properties.slope * gain, next.properties.slope * gain];
+            conductivity_slopes = [here.properties.slope_or_capacity * gain, next.properties.slope_or_capacity * gain];
         }
         self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)
     }
@@ -266,10 +270,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let drop = difference(here.temperature, next.temperature);
         let mut conductivity_slopes = [R::from_f64(0.0); 2];
         if stage == 0 {
-            let own =
-                conductance_slope_across(conductance, here.properties.conductivity, below_m) * here.properties.slope;
-            let below =
-                conductance_slope_across(conductance, next.properties.conductivity, above_m) * next.properties.slope;
+            let own = conductance_slope_across(conductance, here.properties.conductivity, below_m)
+                * here.properties.slope_or_capacity;
+            let below = conductance_slope_across(conductance, next.properties.conductivity, above_m)
+                * next.properties.slope_or_capacity;
             conductivity_slopes = [own * drop, below * drop];
         }
         self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)

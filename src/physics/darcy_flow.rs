@@ -17,7 +17,8 @@
 //! first stage that of the previous step: an instantaneous flux would amplify small pressure errors by the mobility.
 
 use super::Real;
-use super::compensated::{DoubleWord, add_compensated, add_unnormalized, difference, opaque};
+use super::compensated::{add_compensated, add_unnormalized, difference, opaque};
+use super::double_word::DoubleWord;
 use super::gas::{GasFlux, PoreState, gas_flux, midpoint_pores};
 use super::member::Member;
 use super::mixture::thickness_ratio_of;
@@ -148,7 +149,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let none = R::from_f64(0.0);
         for (cell, forcing, is_open) in [(0, 4 * step, true), (last, 4 * step + 2, self.plan.back_is_open)] {
             if is_open {
-                let outside = DoubleWord { high: R::splat(self.rows.boundary_forcing[forcing].pressure_pa), low: none };
+                let outside = DoubleWord::single(R::splat(self.rows.boundary_forcing[forcing].pressure_pa));
                 let taken = self.darcy.pores[cell].storage * difference(self.darcy.pressures[cell], outside);
                 self.add_gas_exchange(taken, none);
                 self.darcy.pressures[cell] = outside;

@@ -102,6 +102,7 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Mul<V> for Dual<V, D> {
 
 impl<V: Real<Scalar = V, Constant = V> + PartialOrd, D: Directions<V>> Real for Dual<V, D> {
     type Scalar = V;
+    type SecondWord<T: Copy + Send + Sync> = V::SecondWord<T>;
     type Constant = V;
     type RowOffset = V::RowOffset;
     type TableRows<'p, 'a> = V::TableRows<'p, 'a>;

@@ -11,7 +11,8 @@
 //! q²`.
 
 use super::Real;
-use super::compensated::{DoubleWord, difference};
+use super::compensated::difference;
+use super::double_word::DoubleWord;
 
 /// Storage and mobility of the gas in a cell's pores.
 #[derive(Clone, Copy)]
@@ -64,7 +65,7 @@ pub fn gas_flux<R: Real>(
 ) -> GasFlux<R> {
     let tiny = R::from_f64(1e-30);
     // The increment of a stage lies in the low words.
-    let mean_pa = R::from_f64(0.5) * ((upper_pa.high + upper_pa.low) + (lower_pa.high + lower_pa.low));
+    let mean_pa = R::from_f64(0.5) * ((upper_pa.high + upper_pa.low()) + (lower_pa.high + lower_pa.low()));
     let drop_pa = difference(lower_pa, upper_pa);
     let gradient = drop_pa.max(-drop_pa) / (upper_m + lower_m);
     let inertia = R::from_f64(0.5) * (upper.inertia_m_pa2 + lower.inertia_m_pa2);

@@ -7,13 +7,14 @@
 
 use super::GAMMA;
 use super::Real;
-use super::compensated::{DoubleWord, add_compensated};
+use super::compensated::add_compensated;
+use super::double_word::DoubleWord;
 use super::member::Member;
 
 /// Heat flux from the holder into a cell, W/m².
 #[inline(always)]
 pub fn lateral_heat_flux<R: Real>(conductance_w_m2_k: R, holder_k: R, cell: DoubleWord<R>) -> R {
-    conductance_w_m2_k * ((holder_k - cell.high) - cell.low)
+    conductance_w_m2_k * ((holder_k - cell.high) - cell.low())
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {

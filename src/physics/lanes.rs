@@ -6,6 +6,7 @@
 mod simd_tables;
 
 use super::Real;
+use super::double_word::{Omitted, Stored};
 use crate::plan::layout::COLUMNS_PER_LOAD;
 pub use simd_tables::SimdTables;
 use simd_tables::{MAX_LANES, RowOffsets, TableRow, TableRows, load, store};
@@ -16,7 +17,8 @@ macro_rules! lanes {
     (
         $(#[$doc:meta])* $lanes:ident, $real:ty, $vector:ident, $max_lanes:literal,
         $row_offsets:ident, $column_group:ident, $any_nonzero:ident,
-        $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr, $bits:ident, $unbits:ident
+        $second_word:ty, $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr,
+        $bits:ident, $unbits:ident
     ) => {
         $(#[$doc])*
         pub struct $lanes<S: SimdTables>(S::$vector);
@@ -64,6 +66,7 @@ macro_rules! lanes {
 
         impl<S: SimdTables> Real for $lanes<S> {
             type Scalar = $real;
+            type SecondWord<T: Copy + Send + Sync> = $second_word;
             type Constant = Self;
             type RowOffset = RowOffsets<$max_lanes>;
             type TableRows<'p, 'a> = TableRows<'p, 'a, $real, $max_lanes>;
@@ -196,10 +199,10 @@ macro_rules! lanes {
 lanes!(
     /// Members in f64.
     F64Lanes, f64, Vf64, 8, row_offsets_f64, column_group_f64, any_nonzero_f64,
-    false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
+    Omitted, false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
 );
 lanes!(
     /// Members in f32.
     F32Lanes, f32, Vf32, 16, row_offsets_f32, column_group_f32, any_nonzero_f32,
-    true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
+    Stored<T>, true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
 );

@@ -1,7 +1,8 @@
 //! A member: its factors, its state, and its results.
 
 use super::Real;
-use super::compensated::{DoubleWord, add_unnormalized};
+use super::compensated::add_unnormalized;
+use super::double_word::DoubleWord;
 use super::material::{ply_scale, state_scale};
 use super::state::{DarcyState, GasState, ReactionState, RunningSums, Scales, SensorState, Thermal};
 use super::surface_flux::face_scale;
@@ -87,8 +88,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             let held = R::splat(self.rows.faces[face].held);
             let free = R::from_f64(1.0) - held;
             let held_k = R::splat(self.rows.boundary_forcing[drive].held_k);
-            let DoubleWord { high, low } = self.thermal.temperatures[cell];
-            self.thermal.temperatures[cell] = DoubleWord { high: held * held_k + free * high, low: free * low };
+            let before = self.thermal.temperatures[cell];
+            self.thermal.temperatures[cell] = DoubleWord::new(held * held_k + free * before.high, free * before.low());
         }
     }
 

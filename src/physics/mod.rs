@@ -9,6 +9,7 @@ pub mod compensated;
 mod conduction;
 mod darcy_flow;
 pub mod decomposition;
+pub mod double_word;
 pub mod dual;
 mod energy;
 pub mod exponential;
@@ -31,6 +32,7 @@ pub mod thermocouple;
 pub mod tridiagonal;
 
 use crate::plan::layout::COLUMNS_PER_LOAD;
+use double_word::{Omitted, SecondWord, Stored};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// γ of the time scheme, 1 − 1/√2: see [`step`].
@@ -116,6 +118,8 @@ pub trait Real:
     /// A number that no factor changes, such as those of rows and tables. Multiplying a dual number by one costs half a
     /// product of two dual numbers. Other number types are their own `Constant`.
     type Constant: Real<Scalar = Self::Scalar, Constant = Self::Constant>;
+    /// Second word of a [`DoubleWord`](double_word::DoubleWord) of numbers `T`: stored in f32, omitted in f64.
+    type SecondWord<T: Copy + Send + Sync>: SecondWord<T>;
     /// Offset of the table row of each lane.
     type RowOffset: Copy + Send + Sync;
     /// Table rows at given offsets.
@@ -184,9 +188,10 @@ pub trait Real:
 }
 
 macro_rules! scalar {
-    ($real:ty, $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr) => {
+    ($real:ty, $second_word:ty, $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr) => {
         impl Real for $real {
             type Scalar = $real;
+            type SecondWord<T: Copy + Send + Sync> = $second_word;
             type Constant = $real;
             type RowOffset = usize;
             type TableRows<'p, 'a> = (&'p [usize], &'a [$real], usize);
@@ -296,5 +301,5 @@ macro_rules! scalar {
 }
 
 // 1.5 × 2^(mantissa bits): the spacing there is one, so adding it rounds to an integer, ties to even.
-scalar!(f32, true, 12_582_912.0, 127.0, 23);
-scalar!(f64, false, 6_755_399_441_055_744.0, 1023.0, 52);
+scalar!(f32, Stored<T>, true, 12_582_912.0, 127.0, 23);
+scalar!(f64, Omitted, false, 6_755_399_441_055_744.0, 1023.0, 52);

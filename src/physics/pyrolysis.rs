@@ -2,8 +2,9 @@
 
 use super::GAMMA;
 use super::Real;
-use super::compensated::{DoubleWord, add_compensated, difference, opaque};
+use super::compensated::{add_compensated, difference, opaque};
 use super::decomposition::{arrhenius_rate, consumed_share};
+use super::double_word::DoubleWord;
 use super::member::Member;
 use super::mixture::transfer_volume;
 use super::state::CellSources;
@@ -30,7 +31,7 @@ pub(super) fn stiffness_damping<R: Real>(rises_w_m2_k: R, capacity: R, damping_r
 /// Difference of the advancements of a reaction and of the one before: the remaining reactant.
 #[inline(always)]
 fn remaining<R: Real>(before: R, done: DoubleWord<R>) -> R {
-    difference(DoubleWord { high: before, low: R::from_f64(0.0) }, done)
+    difference(DoubleWord::single(before), done)
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {

@@ -1,7 +1,8 @@
 //! Sensors of a member: temperatures between nodes, and the lag of thermocouple beads.
 
 use super::Real;
-use super::compensated::{DoubleWord, add_unnormalized, difference};
+use super::compensated::{add_unnormalized, difference};
+use super::double_word::DoubleWord;
 use super::material::{conductance_across, conductance_within};
 use super::member::Member;
 use super::thermocouple::{bead_response, covered_length, interface_temperature, peak_excess};
@@ -41,9 +42,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         for face in sensor + 1..sensor + 1 + location.faces as usize {
             let there = self.read_face(face, step);
-            hottest = hottest.max(there.high + there.low);
+            hottest = hottest.max(there.high + there.low());
         }
-        DoubleWord { high: hottest, low: zero }
+        DoubleWord::single(hottest)
     }
 
     /// Slope of the temperature from a node to the next, K/m, and the distance between them, m.

@@ -1,7 +1,7 @@
 //! The state of one or several members: one struct for each part of the physics.
 
 use super::Real;
-use super::compensated::DoubleWord;
+use super::double_word::DoubleWord;
 use super::gas::PoreState;
 use super::material::{ConductivityParts, PlyScale, StateScale};
 use super::surface_flux::FaceScale;
@@ -21,14 +21,29 @@ pub(super) struct Scales<R: Real> {
     pub(super) shifts_m: Vec<R>,
 }
 
-/// Properties of a cell at a stage.
+/// Properties of a cell.
 #[derive(Clone, Copy)]
 pub(super) struct CellProperties<R> {
-    /// W/m/K, and at the first stage its slope, W/m/K².
+    /// At the stage last evaluated, W/m/K.
     pub(super) conductivity: R,
-    pub(super) slope: R,
-    /// Heat capacity, J/m²/K.
-    pub(super) capacity: R,
+    /// At the first stage the slope of the conductivity, W/m/K²; at the second the heat capacity, J/m²/K. One word for
+    /// both, because the columns of all cells exceed a first-level cache.
+    pub(super) slope_or_capacity: R,
+    /// Heat capacity at the first stage, J/m²/K.
+    pub(super) first_capacity: R,
+}
+
+impl<R: Real> CellProperties<R> {
+    /// Sets the properties at a stage; the slope only at the first.
+    #[inline(always)]
+    pub(super) fn set(&mut self, conductivity: R, slope: R, capacity: R, stage: usize) {
+        self.conductivity = conductivity;
+        if stage == 0 {
+            (self.slope_or_capacity, self.first_capacity) = (slope, capacity);
+        } else {
+            self.slope_or_capacity = capacity;
+        }
+    }
 }
 
 /// Contribution of a face to the matrix row of its cell.
@@ -43,9 +58,8 @@ pub(super) struct BoundaryRow<R: Real> {
     pub(super) slope: R,
 }
 
-/// A cell's matrix row after elimination: lower ratio, reciprocal pivot and upper ratio; heat capacity of the cell at
-/// the first stage, J/m²/K, for the second stage; and the right-hand side of the stage, W/m², replaced after the second
-/// stage by the sum of both increments, K.
+/// A cell's matrix row after elimination: lower ratio, reciprocal pivot and upper ratio; and the right-hand side of the
+/// stage, W/m², replaced after the second stage by the sum of both increments, K.
 ///
 /// One struct a cell: separate columns need more base addresses than a processor has registers.
 #[derive(Clone, Copy)]
@@ -53,7 +67,6 @@ pub(super) struct EliminatedRow<R> {
     pub(super) lower_ratio: R,
     pub(super) reciprocal: R,
     pub(super) upper_ratio: R,
-    pub(super) capacity: R,
     pub(super) rhs_or_increment: R,
 }
 
@@ -88,7 +101,7 @@ impl<R: Real> Thermal<R> {
 }
 
 /// Sensor readings at the end of the last step, and temperatures of the lagging thermocouple beads, K.
-pub(super) struct SensorState<R> {
+pub(super) struct SensorState<R: Real> {
     pub(super) readings: Vec<DoubleWord<R>>,
     pub(super) beads: Vec<DoubleWord<R>>,
 }
@@ -114,7 +127,7 @@ pub(super) struct CellSources<R> {
 }
 
 /// Advancements of the reactions and their sources of gas and heat.
-pub(super) struct ReactionState<R> {
+pub(super) struct ReactionState<R: Real> {
     /// Cell × reaction.
     pub(super) advancements: Vec<DoubleWord<R>>,
     /// Stage; cell × state: volume fraction.
@@ -147,7 +160,7 @@ pub(super) struct GasState<R> {
 }
 
 /// Darcy flow: pressures and the linear system of their step.
-pub(super) struct DarcyState<R> {
+pub(super) struct DarcyState<R: Real> {
     /// Pa, and their rates, Pa/s.
     pub(super) pressures: Vec<DoubleWord<R>>,
     pub(super) pressure_rates: Vec<R>,
@@ -171,7 +184,7 @@ pub(super) struct DarcyState<R> {
 }
 
 /// Sums over the march: heat, gas, temperature extremes.
-pub(super) struct RunningSums<R> {
+pub(super) struct RunningSums<R: Real> {
     /// Hot in, hot out, back in, back out, from the holder, to the holder, J/m².
     pub(super) heat: [DoubleWord<R>; HEAT_TOTALS],
     pub(super) stored_j_m2: R,
@@ -192,7 +205,7 @@ pub(super) struct RunningSums<R> {
 
 #[inline(always)]
 fn zero_pair<R: Real>() -> DoubleWord<R> {
-    DoubleWord { high: R::from_f64(0.0), low: R::from_f64(0.0) }
+    DoubleWord::single(R::from_f64(0.0))
 }
 
 impl<R: Real> Thermal<R> {
@@ -201,11 +214,7 @@ impl<R: Real> Thermal<R> {
         let zero = R::from_f64(0.0);
         let cells = rows.cells.len();
         Self {
-            temperatures: rows
-                .cells
-                .iter()
-                .map(|cell| DoubleWord { high: R::splat(cell.start_k), low: zero })
-                .collect(),
+            temperatures: rows.cells.iter().map(|cell| DoubleWord::single(R::splat(cell.start_k))).collect(),
             boundary_rows: [BoundaryRow {
                 held: R::constant_from_f64(0.0),
                 rise_k: R::constant_from_f64(0.0),
@@ -217,13 +226,15 @@ impl<R: Real> Thermal<R> {
             face_conduction_slopes: [[zero; 2]; 2],
             row_offsets: vec![R::FIRST_ROW; cells],
             row_fractions: vec![zero; cells],
-            properties: vec![CellProperties { conductivity: zero, slope: zero, capacity: zero }; cells],
+            properties: vec![
+                CellProperties { conductivity: zero, slope_or_capacity: zero, first_capacity: zero };
+                cells
+            ],
             system: vec![
                 EliminatedRow {
                     lower_ratio: zero,
                     reciprocal: zero,
                     upper_ratio: zero,
-                    capacity: zero,
                     rhs_or_increment: zero
                 };
                 cells
@@ -300,7 +311,7 @@ impl<R: Real> DarcyState<R> {
         let cells = if plan.gas == Some(GasFlowModel::Darcy) { plan.cells() } else { 0 };
         let sealed = PoreState { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
         Self {
-            pressures: vec![DoubleWord { high: R::splat(outside.pressure_pa), low: zero }; cells],
+            pressures: vec![DoubleWord::single(R::splat(outside.pressure_pa)); cells],
             pressure_rates: vec![zero; cells],
             pores: vec![sealed; cells],
             pores_at_end: vec![sealed; cells],

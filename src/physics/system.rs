@@ -9,7 +9,7 @@ use super::Real;
 use super::conduction::{InteriorFaceFlux, Node, no_flux};
 use super::member::Member;
 use super::pyrolysis::{DAMPING_SHARE, stiffness_damping};
-use super::state::{BoundaryRow, EliminatedRow};
+use super::state::{BoundaryRow, CellProperties, EliminatedRow};
 use super::tridiagonal::{eliminate_row, flush_tiny, forward_eliminate};
 use crate::plan::GasFlowModel;
 
@@ -168,7 +168,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let mut row = MatrixRow {
             lower: sweep.slopes[0],
-            diagonal: node.properties.capacity * inverse_step_1_s - (sweep.slopes[1] + own_slope),
+            diagonal: node.properties.first_capacity * inverse_step_1_s - (sweep.slopes[1] + own_slope),
             upper: next_slope,
             rhs: self.net_heat_flux(at, below, from_holder, 0, sweep),
         };
@@ -180,7 +180,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             row.diagonal = row.diagonal
                 + stiffness_damping(
                     self.reactions.sources[at.cell].heat_slope,
-                    node.properties.capacity,
+                    node.properties.first_capacity,
                     damping_rate_1_s,
                 );
         }
@@ -198,12 +198,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         sweep.slopes = [own_slope, next_slope];
         (sweep.reciprocal, sweep.upper) = (reciprocal, row.upper);
         (sweep.conducted, sweep.advected) = (below.conducted, below.advected);
-        let (over, capacity) = (row.upper * reciprocal, node.properties.capacity);
         EliminatedRow {
             lower_ratio: under,
             reciprocal,
-            upper_ratio: over,
-            capacity,
+            upper_ratio: row.upper * reciprocal,
             rhs_or_increment: flush_tiny(sweep.rhs),
         }
     }
@@ -227,8 +225,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             sweep.from_holder = sweep.from_holder + from_holder;
         }
         let net = self.net_heat_flux(at, below, from_holder, 1, sweep);
-        let mut rhs =
-            row.capacity / node.properties.capacity * net - row.capacity * twice_inverse_step_1_s * node.increment;
+        let CellProperties { slope_or_capacity: capacity, first_capacity, .. } = node.properties;
+        let mut rhs = first_capacity / capacity * net - first_capacity * twice_inverse_step_1_s * node.increment;
         if let Some(face) = at.face {
             sweep.face_conduction[face] = [below.conducted, -sweep.conducted][face];
             rhs = self.thermal.boundary_rows[face].apply_boundary_rhs(rhs);

@@ -1,7 +1,8 @@
 //! Thermocouple readings.
 
 use super::Real;
-use super::compensated::{DoubleWord, add_compensated, add_unnormalized, difference};
+use super::compensated::{add_compensated, add_unnormalized, difference};
+use super::double_word::DoubleWord;
 use crate::plan::layout::{Bead, Sensor};
 
 /// Smallest bend of a parabola between two nodes, K/m: below it temperatures are equal to rounding.

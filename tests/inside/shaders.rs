@@ -87,7 +87,6 @@ fn no_kernel_binds_more_uniform_buffers_than_lavapipe_compiles_correctly() {
 /// Functions that only one of two twins has, and why.
 const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "record", "the processor passes readings to its caller, the device writes them to a buffer"),
-    ("compensated", "lane", "the host reads results with it; the device writes them to buffers"),
     ("member", "bead_temperature_k", "the host reads results with it; the device writes them to buffers"),
     ("tridiagonal", "factorise", "WGSL does not pass workgroup memory by reference: see the one of darcy_flow"),
     ("tridiagonal", "substitute", "see the one of darcy_flow"),

@@ -6,7 +6,8 @@ use crate::march::gpu::device::Device;
 use crate::march::gpu::shader;
 use crate::march::gpu::spirv::Kernel;
 use crate::physics::Real;
-use crate::physics::compensated::{DoubleWord, add_compensated, difference};
+use crate::physics::compensated::{add_compensated, difference};
+use crate::physics::double_word::DoubleWord;
 use crate::physics::dual::Dual;
 use crate::physics::exponential::{decay, exponential, logarithm, power};
 use crate::physics::lanes::{F32Lanes, F64Lanes};
@@ -50,10 +51,11 @@ fn rules<R: Real>() -> Vec<Rule<R>> {
             (x[0] * x[0] + x[0]) * x[0] + R::from_f64(1.0)
         }),
         ("difference(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]))", |x| {
-            difference(DoubleWord { high: x[0], low: x[1] }, DoubleWord { high: x[2], low: x[3] })
+            difference(DoubleWord::new(x[0], x[1]), DoubleWord::new(x[2], x[3]))
         }),
-        ("add_compensated(DoubleWord(x[0], real(1e-6) * x[1]), x[2]).low", |x| {
-            add_compensated(DoubleWord { high: x[0], low: R::from_f64(1e-6) * x[1] }, x[2]).low
+        // The second word is zero in f64.
+        ("add_compensated(DoubleWord(x[0], select(real(1e-6) * x[1], 0.0, MANTISSA_BITS > 23u)), x[2]).low", |x| {
+            add_compensated(DoubleWord::new(x[0], R::from_f64(1e-6) * x[1]), x[2]).low()
         }),
         ("turned(vec2<real>(x[0], x[1])).y", |x| x[0] * R::from_f64(2.0) + x[1]),
     ]

@@ -8,8 +8,9 @@ use super::{Target, Uniform, device, mutants};
 use crate::case::Case;
 use crate::march::Precision;
 use crate::physics::Real;
-use crate::physics::compensated::{DoubleWord, add_compensated, difference, two_sum};
+use crate::physics::compensated::{add_compensated, difference, two_sum};
 use crate::physics::decomposition::{arrhenius_rate, consumed_share, mean_decay};
+use crate::physics::double_word::DoubleWord;
 use crate::physics::exponential::{decay, exponential, logarithm, power};
 use crate::physics::holder::lateral_heat_flux;
 use crate::physics::material::{
@@ -153,13 +154,16 @@ fn put<W: Copy>(y: &mut [W], values: &[W]) {
     y.copy_from_slice(values);
 }
 
-fn pair<W: Copy>(x: &[W], at: usize) -> DoubleWord<W> {
-    DoubleWord { high: x[at], low: x[at + 1] }
+fn pair<W: Real>(x: &[W], at: usize) -> DoubleWord<W> {
+    DoubleWord::new(x[at], x[at + 1])
 }
 
 /// Functions of no member state, with inputs of the size met in a march.
 fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
-    let (hot, low, cold) = ((300.0, 1800.0), (-1e-4, 1e-4), (250.0, 2500.0));
+    let (hot, cold) = ((300.0, 1800.0), (250.0, 2500.0));
+    // Second words are zero in f64.
+    let second = |end: f64| if W::MANTISSA_BITS > 23 { (0.0, 0.0) } else { (-end, end) };
+    let low = second(1e-4);
     let (k, slope) = ((0.01, 0.6), (-1e5, 1e5));
     vec![
         Probe {
@@ -167,8 +171,7 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             inputs: vec![hot, (-2.0, 2.0)],
             outputs: 2,
             twin: |x, _, y| {
-                let p = two_sum(x[0], x[1]);
-                put(y, &[p.high, p.low]);
+                put(y, &two_sum(x[0], x[1]));
             },
         },
         Probe {
@@ -177,7 +180,7 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             outputs: 2,
             twin: |x, _, y| {
                 let p = add_compensated(pair(x, 0), x[2]);
-                put(y, &[p.high, p.low]);
+                put(y, &[p.high, p.low()]);
             },
         },
         Probe {
@@ -339,7 +342,7 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
                 let none = W::scalar(0.0);
                 let sensor = Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10], depth_m: none };
                 let r = interface_temperature(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
-                put(y, &[r.high, r.low]);
+                put(y, &[r.high, r.low()]);
             },
         },
         Probe {
@@ -364,11 +367,11 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             body: "let b = bead_response(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), DoubleWord(x[4], x[5]),
                        Bead(x[6], x[7]));
                    y[0] = b.high; y[1] = b.low;",
-            inputs: vec![hot, low, hot, (-100.0, 100.0), hot, (-100.0, 100.0), (0.0, 1.0), (0.0, 1.0)],
+            inputs: vec![hot, low, hot, second(100.0), hot, second(100.0), (0.0, 1.0), (0.0, 1.0)],
             outputs: 2,
             twin: |x, _, y| {
                 let b = bead_response(pair(x, 0), pair(x, 2), pair(x, 4), Bead { start: x[6], end: x[7] });
-                put(y, &[b.high, b.low]);
+                put(y, &[b.high, b.low()]);
             },
         },
         Probe {
