@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The full check of a change: format, lints, tests, documentation. Installs missing requirements of the tests: the
 # software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
-#   --all    also the slow parts: kernels that compile slowly for every shipped case and not one of each kind, 300
+#   --all    also the slow parts: kernels that compile slowly and all answers of sessions for every shipped case, 300
 #            random cases, 300 mutants of the kernels and all their functions, 100,000 mutated inputs, 100 kills, 15
 #            races and 50 full disks, slow blocks and verification tables of the documentation, all cases, recipes and
 #            notebooks in Python, a Dask cluster whose workers are killed, a Slurm job array, ARM, Miri, more
@@ -95,7 +95,7 @@ else
 fi
 say 'tests'
 # One thread more than processors, as some tests wait for a browser or a device.
-RUST_TEST_THREADS=$(($(nproc) + 1)) cargo test --profile work --workspace
+RUST_TEST_THREADS=${RUST_TEST_THREADS:-$(($(getconf _NPROCESSORS_ONLN) + 1))} cargo test --profile work --workspace
 say 'Python package'
 scripts/python.sh
 if "$all"; then

@@ -70,9 +70,9 @@ fn marched(case: &Case, precision: Precision, lanes: u32) -> [Marched; 2] {
     })
 }
 
-/// In double precision a case without gas, a decomposing one and Darcy flow, and with `BONDLINE_ALL` all shipped cases;
-/// and what they lack: holder, contact and depth factors, unhindered gas. In single precision Darcy flow, and with
-/// `BONDLINE_ALL` the holder. In two threads, as compiling takes longest.
+/// In double precision a case without gas, a decomposing one, Darcy flow, and what they lack: holder, contact and depth
+/// factors. In single precision Darcy flow. With `BONDLINE_ALL` all shipped cases, unhindered gas, and the holder in
+/// single precision. In two threads, as compiling takes longest.
 static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
     let (shipped, more) = if runs_all() {
         (cases_of_each_kind(), vec![unhindered()])
