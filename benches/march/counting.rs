@@ -2,6 +2,7 @@
 
 use bondline::ensemble::Ensemble;
 use bondline::physics::Real;
+use bondline::physics::double_word::Omitted;
 use bondline::physics::member::Member;
 use bondline::plan::Plan;
 use bondline::plan::layout::COLUMNS_PER_LOAD;
@@ -104,6 +105,7 @@ impl Neg for CountingReal {
 impl Real for CountingReal {
     type Scalar = f64;
     type Constant = Self;
+    type SecondWord<T: Copy + Send + Sync> = Omitted;
     type RowOffset = usize;
     type TableRows<'p, 'a> = <f64 as Real>::TableRows<'p, 'a>;
     type TableRow<'a> = &'a [f64];
