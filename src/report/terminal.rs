@@ -16,10 +16,9 @@ pub fn screen(answers: &Answers) -> String {
         format!("{} of {} completed, ", format::count(drawn.completed), format::counted(drawn.requested, "member"))
     });
     let elapsed_s = answers.timing.start.elapsed().as_secs_f64();
-    let mut lines = vec![
-        format!("{}: {}", answers.question, answers.name()),
-        format!("{}{}, {} s", members, backend_text(&answers.backend), format::significant(elapsed_s, 2)),
-    ];
+    let run = format!("{}{}, {} s", members, backend_text(&answers.backend), format::significant(elapsed_s, 2));
+    let mut lines = vec![format!("{}: {}", answers.question, answers.name())];
+    lines.extend(wrap("", &run));
     let reached =
         answers.nominal_march().and_then(|march| march.error_estimate.as_ref()).map(format::discretisation_error);
     lines.extend(reached.into_iter().flat_map(|reached| wrap("", &reached)));
@@ -113,6 +112,16 @@ mod tests {
         }
         let still = screen(&fixture::outcomes().answers("study"));
         assert!(!still.contains("Mass lost") && !still.contains("gas flux"), "{still}");
+    }
+
+    #[test]
+    fn the_time_of_a_run_is_shown_beside_a_long_name_of_a_device() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.backend.name = "a device whose name alone fills most of a line of the terminal (driver 1.2.3)".into();
+        let screen = screen(&outcomes.answers("uncertainty"));
+        let after = screen.replace('\n', " ").split_once("(driver 1.2.3), ").expect("the whole name").1.to_owned();
+        let seconds = after.split_once(" s ").expect("seconds").0;
+        assert!(seconds.parse::<f64>().is_ok(), "{screen}");
     }
 
     #[test]
