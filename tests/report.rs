@@ -46,7 +46,9 @@ const FRAME: &str = r#"<!DOCTYPE html>
 /// Faults of `page.html` in a window of a given width.
 fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
     let frame = scratch.write(&format!("frame-{width}.html"), FRAME.replace("WIDTH", &width.to_string()));
-    let (seen, said) = result(console(scratch, &frame, &["--disable-gpu", "--window-size=1400,30000"]));
+    // Layout is in CSS pixels; the scale only makes the picture of the tall page small.
+    let flags = ["--disable-gpu", "--window-size=1400,30000", "--force-device-scale-factor=0.1"];
+    let (seen, said) = result(console(scratch, &frame, &flags));
     let mut faults: Vec<String> = said.iter().map(|line| format!("console: {line}")).collect();
     let number = |key: &str| seen[key].as_u64().unwrap_or(0);
     if number("charts") == 0 || number("drawn") != number("charts") {
