@@ -64,9 +64,6 @@ for component in rustfmt clippy; do
     rustup component add "$component"
 done
 
-# A first build in the profile `work` takes 0.7 of the time if it is not incremental. Later ones are as they began.
-[ -d "${CARGO_TARGET_DIR:-target}/work/incremental" ] || export CARGO_INCREMENTAL=0
-
 say 'format'
 cargo fmt --check
 say 'lints'
