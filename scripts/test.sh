@@ -94,8 +94,8 @@ else
     say 'advisories are not checked: their database at github.com/RustSec/advisory-db cannot be reached'
 fi
 if ! "$all"; then
-    # Compiling kernels is most of what lavapipe does in the tests: compiled without optimisation for the shortest
-    # vectors, they take 0.8 of the time. The folder of its own keeps these slow kernels from other runs, as their keys
+    # Compiling kernels is most of what lavapipe does in the tests: without optimisation and for the shortest vectors
+    # the tests take 0.8 of the time. The folder of its own keeps these slow kernels from other runs, as their keys
     # do not depend on the length of vectors. With --all kernels are compiled as for users.
     shaders=${CARGO_TARGET_DIR:-target}/shaders
     mkdir -p "$shaders"
