@@ -116,7 +116,7 @@ impl Batch {
                 .chain(tangent_buffers)
                 .map(|(binding, buffer)| (binding, buffer.as_entire_binding())),
         );
-        entries.push((7, wgpu::BindingResource::TextureView(&rows.texels)));
+        entries.extend(rows.texels.iter().map(|texels| (7, wgpu::BindingResource::TextureView(texels))));
         let group = device.bind(&pipeline.compute, entries);
         submit_dispatches(device, plan, pipeline, &group, &run, count as u32)?;
         let begun = Self {
@@ -188,29 +188,33 @@ fn seeds<W: DeviceScalar>(plan: &Plan, carried: &[Invocation]) -> Vec<W> {
     seeds
 }
 
-/// The data of a plan on a device.
+/// The data of a plan on a device, with the tables in a buffer or in a texture.
 struct PlanBuffers {
     buffers: Vec<(u32, wgpu::Buffer)>,
-    texels: wgpu::TextureView,
+    texels: Option<wgpu::TextureView>,
 }
 
 fn upload_plan<W: DeviceScalar>(device: &Device, plan: &Plan, pipeline: &Pipeline) -> Result<PlanBuffers, MarchError> {
     let rows = plan.data.map(W::from_f64);
     let mut cells = flat!(Cell of rows.cells);
     cells.resize(cells.len() / rows.cells.len() * pipeline.cells, W::zeroed());
-    let buffers = vec![
+    let mut buffers = vec![
         (1, device.uniform("cells", &cells)?),
         (2, device.uniform("plan", &plan_bytes(plan, &rows))?),
         (3, device.upload("contacts", &rows.contacts_m2_k_w)),
         (4, device.upload("boundary_forcing", &flat!(BoundaryForcing of rows.boundary_forcing))),
         (5, device.upload("lengths", &rows.step_lengths_s)),
-        (6, device.upload("tables", if pipeline.reads_texels { &[] } else { &rows.tables })),
         (8, device.upload("beads", &flat!(Bead of rows.beads))),
         (9, device.upload("instants", &plan.record_at_step)),
     ];
-    let words: Vec<f32> =
-        if pipeline.reads_texels { plan.data.tables.iter().map(|&word| f32::from_f64(word)).collect() } else { vec![] };
-    Ok(PlanBuffers { buffers, texels: device.texels("texels", &words) })
+    let texels = if pipeline.reads_texels {
+        let words: Vec<f32> = plan.data.tables.iter().map(|&word| f32::from_f64(word)).collect();
+        Some(device.texels("texels", &words))
+    } else {
+        buffers.push((6, device.upload("tables", &rows.tables)));
+        None
+    };
+    Ok(PlanBuffers { buffers, texels })
 }
 
 /// Submit all dispatches in order. On hardware the first dispatch of a kernel with more members than before is timed

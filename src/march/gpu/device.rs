@@ -295,12 +295,12 @@ impl Device {
         MarchError::Device { device: self.name.clone(), message: message.to_string() }
     }
 
-    /// Parse and validate the source of a kernel.
+    /// Parse and validate the part of a kernel's source that it uses.
     ///
     /// # Errors
     /// When the source does not compile, with the compiler's excerpt.
     pub(crate) fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
-        Kernel::parse(text).map_err(|why| self.error(why))
+        Kernel::parse_used(text).map_err(|why| self.error(why))
     }
 
     /// Compile a kernel. Private arrays of more than [`spirv::MAX_INITIALISED_LENGTH`] elements are left uninitialised.

@@ -16,8 +16,9 @@ pub struct SelfTests {
     pub loop_iterations: u32,
 }
 
-/// Pairs summed, and iterations of the loop.
-const PAIRS: usize = 4096;
+/// Pairs summed in each precision.
+pub(super) const PAIRS: usize = 4096;
+/// Iterations of the loop.
 const LOOP_ITERATIONS: u32 = 1_000_000;
 
 impl Device {
@@ -26,10 +27,12 @@ impl Device {
     /// # Errors
     /// When a test kernel does not compile or the device is lost.
     pub fn self_tests(&self) -> Result<SelfTests, MarchError> {
-        let mut transforms = vec![(Precision::F32, self.test_two_sum::<f32>(Precision::F32)?, PAIRS)];
-        if self.has_f64 {
-            transforms.push((Precision::F64, self.test_two_sum::<f64>(Precision::F64)?, PAIRS));
-        }
+        let precisions = [Precision::F32, Precision::F64];
+        let error_free_transformations = precisions
+            .into_iter()
+            .filter(|&precision| precision == Precision::F32 || self.has_f64)
+            .map(|precision| Ok((precision, self.wrong_sums(precision)?, PAIRS)))
+            .collect::<Result<_, MarchError>>()?;
         let text = "@group(0) @binding(0) var<storage, read> iterations: array<u32>;\n\
              @group(0) @binding(1) var<storage, read_write> turned: array<u32>;\n\
              @compute @workgroup_size(1) fn turns() {\n\
@@ -40,11 +43,18 @@ impl Device {
         let (iterations, turned) = (self.upload("iterations", &[LOOP_ITERATIONS; 4]), self.storage("turned", 16));
         let bound = [(0, iterations.as_entire_binding()), (1, turned.as_entire_binding())];
         let turned: Vec<u32> = self.probe(&self.kernel(text)?, "turns", 1, bound, &turned)?;
-        Ok(SelfTests { error_free_transformations: transforms, loop_iterations: turned[0] })
+        Ok(SelfTests { error_free_transformations, loop_iterations: turned[0] })
     }
 
-    /// Sum pairs of very different magnitude and count inexact error terms.
-    fn test_two_sum<W: Pod + Real<Scalar = W> + PartialEq>(&self, precision: Precision) -> Result<usize, MarchError> {
+    /// How many of [`PAIRS`] sums of numbers of very different magnitude have a wrong rounding error.
+    pub(super) fn wrong_sums(&self, precision: Precision) -> Result<usize, MarchError> {
+        match precision {
+            Precision::F32 => self.wrong_sums_of::<f32>(precision),
+            Precision::F64 => self.wrong_sums_of::<f64>(precision),
+        }
+    }
+
+    fn wrong_sums_of<W: Pod + Real<Scalar = W> + PartialEq>(&self, precision: Precision) -> Result<usize, MarchError> {
         let part = |name: &str| shader::SOURCES.iter().find(|part| part.0 == name).map_or("", |part| part.1);
         let text = format!(
             "{}{}\n{}\n\
@@ -73,11 +83,11 @@ impl Device {
             .map(|(label, rows)| self.upload(label, rows));
         let bound = (0..).zip(buffers.iter().map(wgpu::Buffer::as_entire_binding));
         let sums: Vec<W> = self.probe(&self.kernel(text)?, "transforms", (PAIRS / 64) as u32, bound, &buffers[2])?;
-        Ok(wrong_sums(&pairs, &sums))
+        Ok(count_wrong_sums(&pairs, &sums))
     }
 }
 
 /// Number of pairs whose sum or error term differs from the CPU's.
-fn wrong_sums<R: Real + PartialEq>(pairs: &[R], sums: &[R]) -> usize {
+fn count_wrong_sums<R: Real + PartialEq>(pairs: &[R], sums: &[R]) -> usize {
     pairs.chunks_exact(2).zip(sums.chunks_exact(2)).filter(|(pair, sum)| two_sum(pair[0], pair[1])[..] != **sum).count()
 }

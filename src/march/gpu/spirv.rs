@@ -7,6 +7,7 @@
 //! two marches are bit-identical.
 
 use super::differentiate::differentiate;
+use super::unused_code::remove_unused;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -28,8 +29,19 @@ impl Kernel {
     ///
     /// # Errors
     /// When the source does not compile, with the compiler's excerpt.
+    #[cfg(test)]
     pub fn parse(text: String) -> Result<Self, String> {
-        let module = naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string(&text))?;
+        let module = parsed(&text)?;
+        Self::validate(text, module)
+    }
+
+    /// Parse and validate the part of a source that its entry points use.
+    ///
+    /// # Errors
+    /// When the source does not compile, with the compiler's excerpt.
+    pub fn parse_used(text: String) -> Result<Self, String> {
+        let mut module = parsed(&text)?;
+        remove_unused(&mut module);
         Self::validate(text, module)
     }
 
@@ -56,6 +68,10 @@ impl Kernel {
         let info = validator.validate(&module).map_err(|error| error.emit_to_string(&text))?;
         Ok(Self { source: text, module, info })
     }
+}
+
+fn parsed(text: &str) -> Result<Module, String> {
+    naga::front::wgsl::parse_str(text).map_err(|error| error.emit_to_string(text))
 }
 
 /// SPIR-V words of a kernel, and its bindings: numbered as in the source; in the words, by position in this list.

@@ -3,6 +3,7 @@
 //! mutants.
 
 use super::super::spirv::Kernel;
+use super::super::unused_code::remove_unused;
 use naga::{
     Arena, BinaryOperator, Block, Expression, Function, GlobalVariable, Handle, Literal, MathFunction, Module, Range,
     ScalarKind, Span, Statement, SwitchCase, Type, TypeInner, UnaryOperator,
@@ -267,6 +268,7 @@ pub(super) fn mutated(kernel: &Kernel, mutants: &[(u32, Mutant)]) -> Kernel {
             module.functions[handle] = Rewrite::new(source, variable).of(&own);
         }
     }
+    remove_unused(&mut module);
     Kernel::validate(kernel.source.clone(), module).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -4,6 +4,7 @@ use super::super::batch::{Batch, Invocation, Pipeline};
 use super::super::device::Device;
 use super::super::scalar::DeviceScalar;
 use super::super::shader;
+use super::super::spirv::Kernel;
 use super::{Target, mutants};
 use crate::case::{Bounds, Case, Property};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
@@ -405,7 +406,7 @@ fn target<W: DeviceScalar>(device: &Device, name: &str, text: &str, precision: P
     assert!(kernel.contains(entry), "the kernel has the entry point of the march");
     let mutant = mutants::VARIABLE;
     let kernel = kernel.replacen(entry, &format!("    {mutant} = u32(factors[{row}u * run.members]);\n{entry}"), 1);
-    let kernel = device.kernel(format!("{kernel}var<private> {mutant}: u32;\n")).expect("the kernel compiles");
+    let kernel = Kernel::parse(format!("{kernel}var<private> {mutant}: u32;\n")).expect("the kernel is sound");
     let heating = case.factors.iter().position(|factor| factor.property == Property::Heating);
     let ensemble = move |mutant: u32| {
         let members = (0..MEMBERS).flat_map(|member| {
@@ -454,7 +455,8 @@ fn short_marches_on_the_gpu_are_bit_identical_to_the_processor_and_cooperative_o
     let single = all_targets(&device, Precision::F32);
     let in_double = if runs_all() { all_targets } else { some_targets };
     for target in single.into_iter().chain(in_double(&device, Precision::F64)).chain(cooperative_targets(&device)) {
-        let pipeline = device.pipeline(&target.kernel, target.entry).expect("the driver compiles it");
+        let kernel = mutants::mutated(&target.kernel, &[]);
+        let pipeline = device.pipeline(&kernel, target.entry).expect("the driver compiles it");
         assert!((target.agrees)(&pipeline, 0), "{}", target.name);
     }
 }
