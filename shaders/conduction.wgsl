@@ -10,6 +10,15 @@ struct Node {
     gas_heat_capacity: real,
 }
 
+// What the cells of a ply share where it is one substance, or states that are multiples of one.
+struct PlyProperties {
+    columns: u32,
+    table: u32,
+    parts: u32,
+    conductivity: ConductivityParts,
+    density_kg_m3: real,
+}
+
 struct InteriorFaceFlux {
     conducted: real,
     advected: real,
@@ -43,20 +52,22 @@ fn properties(step: u32, stage: u32) {
         return;
     }
     for (var p = first_ply(); p < end_ply(); p++) {
+        let end = end_cell_of(p);
         if plan.plies[p].rows > 1u || LEVELS > 1u {
-            for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+            for (var i = first_cell_of(p); i < end; i++) {
                 mixture_properties(p, i, step, stage);
             }
         } else {
-            for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
-                let here = single_substance_properties(p, i, stage);
+            let ply = ply_properties(p);
+            for (var i = first_cell_of(p); i < end; i++) {
+                let here = single_substance_properties(p, ply, i, stage);
                 conductivities[i] = here.conductivity;
                 slopes[i] = here.slope;
                 stage_capacities[i] = here.heat_capacity;
             }
         }
         if DARCY {
-            for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+            for (var i = first_cell_of(p); i < end; i++) {
                 stage_capacities[i] = stage_capacities[i] + gas_capacity(i);
             }
         }
@@ -79,14 +90,21 @@ fn mixture_properties(p: u32, i: u32, step: u32, stage: u32) {
     }
 }
 
-// Returns the heat capacity of the whole cell, J/m²/K.
-fn single_substance_properties(p: u32, i: u32, stage: u32) -> SolidProperties {
+// Read once a ply: a software device reads a uniform by a variable index lane by lane.
+fn ply_properties(p: u32) -> PlyProperties {
     let ply = plan.plies[p];
-    let row = ply_row(p, table_index(temperatures[i].high + stage_increment(i, stage)));
-    var scale = state_scales[ply.first_state].conductivity;
-    var density_kg_m3 = ply_scales[p].density_kg_m3;
-    if GAS && ply.states > 1u {
-        let all = mixture_sums(p, stage_phases(p, i, stage), ply.states);
+    let conductivity = state_scales[ply.first_state].conductivity;
+    return PlyProperties(ply.columns, ply.table, ply.parts, conductivity, ply_scales[p].density_kg_m3);
+}
+
+// Returns the heat capacity of the whole cell, J/m²/K.
+fn single_substance_properties(p: u32, ply: PlyProperties, i: u32, stage: u32) -> SolidProperties {
+    let at = table_index(temperatures[i].high + stage_increment(i, stage));
+    let row = table_segment(at, ply.columns, ply.table);
+    var scale = ply.conductivity;
+    var density_kg_m3 = ply.density_kg_m3;
+    if GAS && plan.plies[p].states > 1u {
+        let all = mixture_sums(p, stage_phases(p, i, stage), plan.plies[p].states);
         scale = times(all.conductivity, 1.0 / conductivity_divisor(p, all.remains), ply.parts);
         density_kg_m3 = ply_scales[p].mass_kg_m3 * all.enthalpy_scale;
         if stage == 0u {
@@ -102,11 +120,11 @@ fn single_substance_properties(p: u32, i: u32, stage: u32) -> SolidProperties {
 
 // Node at a stage. Properties are looked up here where one thread marches a member, as storing columns dominates its
 // time.
-fn node(p: u32, i: u32, stage: u32) -> Node {
+fn node(p: u32, ply: PlyProperties, i: u32, stage: u32) -> Node {
     let by = stage_increment(i, stage);
     let temperature = add_unnormalized(temperatures[i], by);
     if PROPERTIES_IN_SWEEP {
-        let here = single_substance_properties(p, i, stage);
+        let here = single_substance_properties(p, ply, i, stage);
         if stage == 0u {
             conductivities[i] = here.conductivity;
         }

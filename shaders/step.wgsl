@@ -80,9 +80,10 @@ fn update_temperatures(step: u32) {
     var before = unknown_below_block();
     for (var plies_end = end_ply(); plies_end > first_ply(); plies_end--) {
         let p = plies_end - 1u;
+        let first = first_cell_of(p);
         var low = coldest[p];
         var top = hottest[p];
-        for (var end = end_cell_of(p); end > first_cell_of(p); end--) {
+        for (var end = end_cell_of(p); end > first; end--) {
             let i = end - 1u;
             before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
             let start = first_increments[i];
@@ -99,7 +100,7 @@ fn update_temperatures(step: u32) {
         let watched = vec3<u32>(
             bitcast<u32>(f32(low + DIVERGENCE_MARGIN_K)),
             bitcast<u32>(f32(top + DIVERGENCE_MARGIN_K)),
-            bitcast<u32>(f32(temperatures[first_cell_of(p)].high + DIVERGENCE_MARGIN_K)),
+            bitcast<u32>(f32(temperatures[first].high + DIVERGENCE_MARGIN_K)),
         );
         let span = bitcast<u32>(f32(DIVERGENCE_SPAN_K));
         if any(watched > vec3<u32>(span, span, 0x7f7fffffu)) && diverged == 0u {

@@ -216,14 +216,16 @@ fn assemble_first_stage(step: u32) -> real {
     var here: Node;
     for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
         let start = max(plan.plies[p].first_cell, first_halo_cell());
-        let entry = node(p, start, 0u);
+        let end = min(plan.plies[p].end_cell, end_halo_cell());
+        let ply = ply_properties(p);
+        let entry = node(p, ply, start, 0u);
         if start > first_halo_cell() {
             let below = flux_across_interface(p, here, entry, 0u);
             sweep = first_stage_row(sweep, position(p - 1u, start - 1u), here, below, inverse_step_1_s, step);
         }
         here = entry;
-        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_halo_cell()); i++) {
-            let next = node(p, i, 0u);
+        for (var i = start + 1u; i < end; i++) {
+            let next = node(p, ply, i, 0u);
             let below = flux_within_ply(i - 1u, here, next, 0u);
             sweep = first_stage_row(sweep, position(p, i - 1u), here, below, inverse_step_1_s, step);
             here = next;
@@ -240,14 +242,16 @@ fn assemble_second_stage(step: u32) -> real {
     var here: Node;
     for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
         let start = max(plan.plies[p].first_cell, first_halo_cell());
-        let entry = node(p, start, 1u);
+        let end = min(plan.plies[p].end_cell, end_halo_cell());
+        let ply = ply_properties(p);
+        let entry = node(p, ply, start, 1u);
         if start > first_halo_cell() {
             let below = flux_across_interface(p, here, entry, 1u);
             sweep = second_stage_row(sweep, position(p - 1u, start - 1u), here, below, twice_inverse_step_1_s, step);
         }
         here = entry;
-        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_halo_cell()); i++) {
-            let next = node(p, i, 1u);
+        for (var i = start + 1u; i < end; i++) {
+            let next = node(p, ply, i, 1u);
             let below = flux_within_ply(i - 1u, here, next, 1u);
             sweep = second_stage_row(sweep, position(p, i - 1u), here, below, twice_inverse_step_1_s, step);
             here = next;

@@ -95,6 +95,7 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("table", "row_segment", "the processor evaluates the offsets of a ply before it reads any row"),
     ("pyrolysis", "reaction_exposures", "a device hides the latency of exponentials by its other threads"),
     ("system", "boundary_row_of", "dynamic indexing is slow to compile in WGSL"),
+    ("conduction", "ply_properties", "the processor evaluates a ply at once, with these values in registers"),
     ("conduction", "node_columns", "the processor slices columns first, to spare bounds checks"),
     ("member", "heat_j_m2", "the host reads results with it; the device writes them to buffers"),
     ("member", "stored_j_m2", "the host reads results with it; the device writes them to buffers"),
