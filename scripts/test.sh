@@ -2,10 +2,10 @@
 # The full check of a change: format, lints, tests, documentation. Installs missing requirements of the tests: the
 # software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
 #   --all    also the slow parts: kernels that compile slowly and all answers of sessions for every shipped case, 300
-#            random cases, 300 mutants of the kernels and all their functions, 100,000 mutated inputs, 100 kills, 15
-#            races and 50 full disks, slow blocks and verification tables of the documentation, all cases, recipes and
-#            notebooks in Python, a Dask cluster whose workers are killed, a Slurm job array, ARM, Miri, more
-#            combinations of features
+#            random cases, 300 mutants of the kernels and all their functions, every fault in every call of a device, a
+#            pipeline for every kernel in a browser, 100,000 mutated inputs, 100 kills, 15 races and 50 full disks, slow
+#            blocks and verification tables of the documentation, all cases, recipes and notebooks in Python, a Dask
+#            cluster whose workers are killed, a Slurm job array, ARM, Miri, more combinations of features
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

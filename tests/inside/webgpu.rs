@@ -3,7 +3,7 @@
 
 use super::shaders::all;
 use crate::browser::{console, result};
-use crate::support::Scratch;
+use crate::support::{Scratch, runs_all};
 use bondline::march::Precision;
 use bondline::march::gpu::{COOPERATIVE_THREADS, shader};
 use bondline::plan::Plan;
@@ -48,8 +48,9 @@ const PAGE: &str = r#"<!DOCTYPE html>
 "#;
 
 /// Kernels for which a pipeline is created, by case and threads a member: the smallest, and the largest cooperative
-/// one. SwiftShader takes two to seven seconds for each; uniformity is checked when a module is compiled.
-const PIPELINES: [(&str, u32); 3] = [("slab", 1), ("slab", COOPERATIVE_THREADS), ("permeation", COOPERATIVE_THREADS)];
+/// one; with `BONDLINE_ALL` every kernel. SwiftShader takes two to seven seconds for each; uniformity is checked when a
+/// module is compiled.
+const PIPELINES: [(&str, u32); 2] = [("slab", 1), ("permeation", COOPERATIVE_THREADS)];
 
 /// A kernel's text by its name, and whether to create a pipeline.
 type Kernels = BTreeMap<String, (String, bool)>;
@@ -61,7 +62,7 @@ fn kernels() -> Kernels {
         for (texels, lanes) in [(false, 1), (true, 1), (false, COOPERATIVE_THREADS)] {
             let text = shader::kernel(&Plan::new(&case), Precision::F32, texels, lanes, shader::MARCH);
             if !found.values().any(|(known, _)| *known == text) {
-                let is_piped = !texels && PIPELINES.contains(&(case.id(), lanes));
+                let is_piped = runs_all() || !texels && PIPELINES.contains(&(case.id(), lanes));
                 found.insert(format!("{} on {lanes} threads, texels: {texels}", case.id()), (text, is_piped));
             }
         }
@@ -107,7 +108,11 @@ fn chromium_compiles_every_kernel_and_rejects_barriers_in_non_uniform_control_fl
     let (valid_errors, invalid_errors): (Vec<_>, Vec<_>) =
         errors(&kernels).into_iter().partition(|(name, _)| valid.contains(name));
     assert_eq!((valid_errors.len(), invalid_errors.len()), (valid.len(), 3));
-    for (name, errors) in valid_errors {
+    // A device with so little workgroup memory marches the case on one thread a member.
+    let cooperative = format!("on {COOPERATIVE_THREADS} threads");
+    let is_too_large = |error: &String| error.contains("total use of workgroup storage");
+    for (name, mut errors) in valid_errors {
+        errors.retain(|error| !(name.contains(&cooperative) && is_too_large(error)));
         assert_eq!(errors, Vec::<String>::new(), "{name}");
     }
     for (name, errors) in invalid_errors {
