@@ -158,8 +158,8 @@ impl Work {
         device
     }
 
-    /// The faults to try at a call: all for the plain kernel, as the calls are the same for every kernel; for the others
-    /// one after the other in turn, or with `BONDLINE_ALL` all.
+    /// The faults to try at a call: all of them for the plain kernel, or with `BONDLINE_ALL`; for other kernels, whose
+    /// calls are the same, one after the other in turn.
     fn faults(&self, call: usize) -> &'static [Fault] {
         let is_whole = runs_all() || self.kernel == Kernel::Plain;
         if is_whole { &FAULTS } else { &FAULTS[call % FAULTS.len()..][..1] }
