@@ -96,7 +96,10 @@ fn the_posterior_ends_at_a_bound_and_the_linear_interval_does_not() {
 /// times the assumed film coefficient, other factors fit the data equally well. Each is a possible board.
 #[test]
 fn the_band_of_an_unobserved_thermocouple_contains_equally_good_models() {
-    let case = modified(&coarse("kaowool-tc"), |case| case.resolution.max_step_s = 5.0);
+    let case = modified(&coarse("kaowool-tc"), |case| {
+        case.resolution.cells = 20;
+        case.resolution.max_step_s = 10.0;
+    });
     let (found, drawn) = drawn(&case, &[]);
     let off_k = |found: &ParameterEstimates| found.fitted[0].misfits[0].1.rms_k;
     let unobserved = &drawn.predicted[0].sensors[1];

@@ -181,18 +181,3 @@ fn tangents_on_the_device_equal_differences() {
     faulty.places = Some(1);
     assert!(off(&mut faulty, &case) > 1e3 * SINGLE_TANGENT_TOLERANCE, "tangents of another factor passed");
 }
-
-#[test]
-fn more_points_than_the_device_capacity_keep_their_order() {
-    let case = case("lcat-2259");
-    let (plan, factors) = (plan(&case), (0..case.factors().len()).collect::<Vec<_>>());
-    let mut gpu = locked(&SINGLE);
-    let points = gpu.capacity(&plan) / factors.len() + 2;
-    let rows = (0..points).flat_map(|i| point(&case).into_iter().map(move |x| x * (1.0 + 1e-4 * i as f64)));
-    let ensemble = Ensemble::from_values(factors.len(), rows.collect());
-    let on_cpu = tangents(&mut Cpu::new(Precision::F32), &plan, &ensemble, &factors);
-    assert_eq!(differing(&tangents(&mut *gpu, &plan, &ensemble, &factors), &on_cpu), 0);
-    let members = tangents(&mut Cpu::new(Precision::F32), &plan, &ensemble, &[]);
-    assert_eq!(differing(&tangents(&mut *gpu, &plan, &ensemble, &[]), &members), 0, "without a direction");
-    assert_eq!(members.members(), points);
-}

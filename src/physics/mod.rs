@@ -266,7 +266,8 @@ macro_rules! scalar {
                 // NaN becomes zero. A conversion to an integer and back would take longer than the rest of the table
                 // look-up.
                 let inside = Real::min(Real::max(self, 0.0), max as $real);
-                let nearest = inside.round_ties_even();
+                // The method of `$real` itself is a call of the C library.
+                let nearest = Real::round_ties_even(inside);
                 if nearest > inside { nearest - 1.0 } else { nearest }
             }
             #[inline(always)]

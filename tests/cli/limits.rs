@@ -144,7 +144,7 @@ fn the_largest_requests_fit_into_2_gib() {
     long(&step("0.0405 ms")).succeeded();
     beyond(&step("0.039 ms"), &STEPS);
 
-    let (half, all) = if runs_all() { (1000, 2000) } else { (100, 200) };
+    let (half, all) = if runs_all() { (1000, 2000) } else { (40, 80) };
     let sweep = |interval: &str, part: &str| {
         let interval = format!("--set resolution.output_interval='{interval}'");
         format!("uncertainty {lcat} -n {all} --members {part} {interval} --checkpoint-interval 0s --out p")

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 type Input = BTreeMap<String, String>;
 
 /// Mutants of a run in this process; scripts/test.sh --all sets 100,000.
-const MUTANTS: u64 = 6_000;
+const MUTANTS: u64 = 4_000;
 /// Mutants in this process for each that runs through the command.
 const MUTANTS_PER_COMMAND: u64 = 50;
 

@@ -1,10 +1,14 @@
 //! Differentiated kernels: each rule of differentiation against dual numbers on the processor, bit for bit.
 
-use super::{Uniform, device};
-use crate::march::Precision;
+use super::{Uniform, device, every_call};
+use crate::case::Bounds;
+use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+use crate::march::cpu::Cpu;
+use crate::march::gpu::Gpu;
 use crate::march::gpu::device::Device;
 use crate::march::gpu::shader;
 use crate::march::gpu::spirv::Kernel;
+use crate::march::{March, Precision};
 use crate::physics::Real;
 use crate::physics::compensated::{add_compensated, difference};
 use crate::physics::double_word::DoubleWord;
@@ -12,6 +16,7 @@ use crate::physics::dual::Dual;
 use crate::physics::exponential::{decay, exponential, logarithm, power};
 use crate::physics::lanes::{F32Lanes, F64Lanes};
 use crate::physics::tridiagonal::flush_tiny;
+use crate::plan::Plan;
 use bytemuck::Pod;
 use simdeez::engines::scalar::Scalar;
 
@@ -207,4 +212,24 @@ fn tangents_are_bound_in_the_order_of_their_buffers() {
     assert_eq!(bound.collect::<Vec<_>>(), expected);
     let first = sound.module.global_variables.iter().next().and_then(|(_, variable)| variable.name.as_deref());
     assert_eq!(first, Some("outputs"), "naga lists variables in order of use");
+}
+
+/// Batches of three invocations: the two directions of a point may lie in two of them.
+#[test]
+fn the_directions_of_a_point_in_several_batches_keep_their_order() {
+    const POINTS: usize = 5;
+    let case = every_call::case();
+    let (plan, sampling) = (Plan::new(&case), Sampling { kind: SamplingKind::Uniform, seed: 1 });
+    let points = Ensemble::sample(case.factors(), Bounds::Small, &sampling, POINTS);
+    let mut gpu = Gpu::untested(device(false), Precision::F32, 3);
+    for factors in [&[0, 1][..], &[]] {
+        let marches: [&mut dyn March; 2] = [&mut gpu, &mut Cpu::new(Precision::F32)];
+        let [found, expected] = marches.map(|march| march.tangents(&plan, &points, factors));
+        let found = found.expect("the device marches").expect("devices have derivatives");
+        let expected = expected.expect("the processor marches").expect("it has derivatives");
+        assert_eq!(found.members(), POINTS * (1 + factors.len()));
+        assert_eq!(found.temperatures_k, expected.temperatures_k, "directions {factors:?}");
+        assert_eq!(found.statuses, expected.statuses);
+        assert!((1..found.members()).all(|member| found.member(member) != found.member(member - 1)), "all are alike");
+    }
 }

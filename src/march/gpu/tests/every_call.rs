@@ -95,7 +95,8 @@ enum Kernel {
     Differentiated,
 }
 
-fn case() -> Case {
+/// A case of two factors whose kernels compile in a second.
+pub(super) fn case() -> Case {
     let mut builder = Case::load("cases/slab".as_ref()).expect("a shipped case").to_builder();
     (builder.observations, builder.estimate) = (Vec::new(), EstimationSettings::default());
     builder.resolution.cells = 8;
