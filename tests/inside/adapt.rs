@@ -1,6 +1,6 @@
 //! Adaptation of grid and time steps to a tolerance, and Richardson extrapolation of two resolutions.
 
-use crate::support::{BALANCE, case, cases, modified, runs_all, schedule};
+use crate::support::{BALANCE, case, cases, modified, schedule};
 use bondline::adapt::adapt;
 use bondline::case::{Case, Conductivity, Face, Resolution, Sensor, Side, ThreePartConductivity};
 use bondline::ensemble::Ensemble;
@@ -13,6 +13,7 @@ use bondline::traces::{Gauge, MemberStatus, Traces};
 use bondline::verify::problems::flexible;
 use bondline::verify::random_case::random_case;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 fn marched(plan: &Plan, case: &Case) -> Traces {
@@ -280,19 +281,17 @@ fn the_extrapolated_error_falls_by_more_than_five_when_both_resolutions_are_halv
     );
 }
 
-/// Number of random cases, unless the environment sets it; the claim was measured on the first 300.
-const RANDOM_CASES: u64 = 30;
-/// The cases before this one are rows of `bondline verify`, which the integration tests run.
-const FIRST_CASE: u64 = 20;
+/// Seeds of the random cases, unless the environment sets their number; the claim was measured on the first 300. Those
+/// before 20 are rows of `bondline verify`, which the integration tests run.
+const SEEDS: Range<u64> = 20..30;
 
 #[test]
 fn the_reported_discretisation_error_covers_the_true_one_in_95_percent_of_random_cases_and_is_never_less_than_half() {
     let count = std::env::var("BONDLINE_RANDOM_CASES").map(|cases| cases.parse().expect("a number of cases"));
     let (mut judged, mut covered, mut caught) = (0, 0, 0);
     let (mut gauges, mut gauges_covered) = (0, 0);
-    let last = count.unwrap_or(RANDOM_CASES);
-    let first = if runs_all() { 0 } else { FIRST_CASE };
-    for seed in first..last {
+    let seeds = count.map_or(SEEDS, |count| 0..count);
+    for seed in seeds.clone() {
         let case = random_case(seed).unwrap_or_else(|error| panic!("{error}"));
         let plan = adapt(&case).expect("the processor does not fail");
         let Some(reached) = plan.error_estimate.clone() else { continue };
@@ -311,7 +310,7 @@ fn the_reported_discretisation_error_covers_the_true_one_in_95_percent_of_random
         let coarse = plan.coarse.as_deref().expect("a plan has a coarse one");
         caught += u64::from(largest_difference_k(&marched(coarse, &case), &reference) > reached.nominal_k);
     }
-    assert!(judged * 10 >= 8 * (last - first), "only {judged} cases were marched to their end");
+    assert!(judged * 10 >= 8 * (seeds.end - seeds.start), "only {judged} cases were marched to their end");
     assert!(covered * 100 >= 95 * judged, "{covered} of {judged}");
     assert!(
         gauges_covered * 100 >= 95 * gauges,
