@@ -5,7 +5,7 @@ use super::super::ReportError;
 use super::{io_error, temporary};
 use crate::study::run_record::utc_text;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, SystemTime};
@@ -30,19 +30,21 @@ pub(super) enum Sharing {
 }
 
 impl PathLock {
-    /// Lock the file at `path` for the output `output`.
+    /// Lock the file at `path` for the output `output`. A missing folder of the file is made: another process may have
+    /// removed it as empty.
     ///
     /// # Errors
     /// When another process holds it, with its host, process and time; when the file cannot be created.
     pub(super) fn acquire(path: PathBuf, output: &Path, sharing: Sharing) -> Result<Self, ReportError> {
         loop {
-            let mut file = OpenOptions::new()
-                .read(true)
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .open(&path)
-                .map_err(io_error("making", &path))?;
+            let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+            let mut file = match (opened, path.parent()) {
+                (Err(error), Some(folder)) if error.kind() == ErrorKind::NotFound && !path.is_symlink() => {
+                    fs::create_dir_all(folder).map_err(io_error("making", folder))?;
+                    continue;
+                }
+                (opened, _) => opened.map_err(io_error("making", &path))?,
+            };
             let locked = match sharing {
                 Sharing::Exclusive => file.try_lock(),
                 Sharing::Shared => file.try_lock_shared(),
@@ -51,6 +53,10 @@ impl PathLock {
                 Err(TryLockError::WouldBlock) => {
                     // The holder may be about to write its name, in place of that of a process that was killed.
                     thread::sleep(NAMING_TIME);
+                    // The last of several sharers holds the lock alone while it removes the file.
+                    if !is_current(&file, &path) {
+                        continue;
+                    }
                     let mut holder = String::new();
                     // A holder that cannot write its name is not named.
                     let _ = file.read_to_string(&mut holder);
@@ -115,5 +121,20 @@ mod tests {
         drop(shared);
         assert!(fs::read_dir(&scratch.0).expect("a folder").next().is_none(), "a lock file is left over");
         lock(Sharing::Exclusive).expect("a free lock");
+    }
+
+    #[test]
+    fn a_folder_that_another_process_removed_as_empty_is_made_again_for_the_lock() {
+        let scratch = Scratch::new("removed");
+        let path = scratch.0.join("deep/out/.x.lock");
+        let lock = PathLock::acquire(path.clone(), &path, Sharing::Exclusive).expect("a free lock");
+        assert!(path.is_file());
+        drop(lock);
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(scratch.0.join("gone/file"), &path).expect("a symbolic link");
+            let refusal = PathLock::acquire(path.clone(), &path, Sharing::Exclusive).expect_err("a link to nothing");
+            assert!(refusal.to_string().contains("No such file"), "{refusal}");
+        }
     }
 }

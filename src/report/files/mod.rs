@@ -20,7 +20,7 @@ use crate::study::twin::SyntheticData;
 use lock::{PathLock, Sharing};
 use publish::publish;
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use temporary::TemporaryPath;
 
@@ -175,9 +175,11 @@ impl PartFolder {
     pub fn open(path: &Path, case: &str, force: bool, name: &str) -> Result<Self, ReportError> {
         let mut place = Place::open(path, case, force)?;
         let shared = place.lock(Sharing::Shared)?;
-        if !path.exists() {
-            fs::create_dir(path).map_err(io_error("making", path))?;
-            place.made.insert(0, place.real_path.clone());
+        match fs::create_dir(path) {
+            Ok(()) => place.made.insert(0, place.real_path.clone()),
+            // It was there, or a process that writes another file has just made it.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists || path.is_dir() => {}
+            Err(source) => return Err(io_error("making", path)(source)),
         }
         temporary::sweep(path);
         let own = PathLock::acquire(path.join(format!(".{name}.lock")), &path.join(name), Sharing::Exclusive)?;
@@ -264,6 +266,8 @@ mod tests {
     use super::super::{fixture, write};
     use super::scratch::Scratch;
     use super::*;
+    use std::sync::Barrier;
+    use std::thread;
 
     #[test]
     fn a_study_writes_a_page_figures_tables_and_a_summary() {
@@ -337,5 +341,32 @@ mod tests {
         drop(report);
         let left: Vec<_> = fs::read_dir(&scratch.0).expect("a folder").map(|e| e.expect("an entry").path()).collect();
         assert_eq!(left, [scratch.0.join("x-0-5.json")]);
+    }
+
+    #[test]
+    fn no_part_is_refused_or_lost_when_others_make_share_and_leave_the_folder_at_the_same_instant() {
+        const PARTS: usize = 8;
+        let scratch = Scratch::new("together");
+        let out = scratch.0.join("deep/out");
+        let together = Barrier::new(PARTS);
+        let written = |number: usize, round: usize| {
+            let name = format!("x-{number}.json");
+            let folder = PartFolder::open(&out, "x", false, &name)?;
+            if round % PARTS == number {
+                let path = folder.write_file(&name, b"1")?;
+                fs::remove_file(&path).map_err(io_error("removing", &path))?;
+            }
+            Ok(())
+        };
+        let refusals = |number: usize| {
+            together.wait();
+            (0..300).filter_map(|round| written(number, round).err()).collect()
+        };
+        let refusals: Vec<Vec<ReportError>> = thread::scope(|threads| {
+            let refusals = &refusals;
+            let parts: Vec<_> = (0..PARTS).map(|number| threads.spawn(move || refusals(number))).collect();
+            parts.into_iter().map(|part| part.join().expect("no thread panics")).collect()
+        });
+        assert!(refusals.iter().all(Vec::is_empty), "{refusals:?}");
     }
 }
