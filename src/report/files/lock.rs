@@ -13,6 +13,10 @@ use std::time::{Duration, SystemTime};
 /// Time in which a holder writes its name.
 const NAMING_TIME: Duration = Duration::from_millis(50);
 
+/// How often the folder of a lock is made again. In some folders, such as `/proc`, creating a file always fails with
+/// "not found".
+const REMADE_MAX: usize = 100;
+
 /// A lock, held until it is dropped.
 #[derive(Debug)]
 pub(super) struct PathLock {
@@ -36,11 +40,13 @@ impl PathLock {
     /// # Errors
     /// When another process holds it, with its host, process and time; when the file cannot be created.
     pub(super) fn acquire(path: PathBuf, output: &Path, sharing: Sharing) -> Result<Self, ReportError> {
+        let mut remade = 0;
         loop {
             let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
             let mut file = match (opened, path.parent()) {
-                (Err(error), Some(folder)) if error.kind() == ErrorKind::NotFound && !path.is_symlink() => {
+                (Err(error), Some(folder)) if error.kind() == ErrorKind::NotFound && remade < REMADE_MAX => {
                     fs::create_dir_all(folder).map_err(io_error("making", folder))?;
+                    remade += 1;
                     continue;
                 }
                 (opened, _) => opened.map_err(io_error("making", &path))?,
@@ -127,14 +133,21 @@ mod tests {
     fn a_folder_that_another_process_removed_as_empty_is_made_again_for_the_lock() {
         let scratch = Scratch::new("removed");
         let path = scratch.0.join("deep/out/.x.lock");
-        let lock = PathLock::acquire(path.clone(), &path, Sharing::Exclusive).expect("a free lock");
+        let _lock = PathLock::acquire(path.clone(), &path, Sharing::Exclusive).expect("a free lock");
         assert!(path.is_file());
-        drop(lock);
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink(scratch.0.join("gone/file"), &path).expect("a symbolic link");
-            let refusal = PathLock::acquire(path.clone(), &path, Sharing::Exclusive).expect_err("a link to nothing");
-            assert!(refusal.to_string().contains("No such file"), "{refusal}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_lock_that_can_never_be_made_is_refused() {
+        let scratch = Scratch::new("never");
+        fs::create_dir_all(&scratch.0).expect("a folder");
+        let link = scratch.0.join(".x.lock");
+        std::os::unix::fs::symlink(scratch.0.join("gone/file"), &link).expect("a symbolic link");
+        let proc = cfg!(target_os = "linux").then(|| PathBuf::from("/proc/.x.lock"));
+        for path in [link].into_iter().chain(proc) {
+            let refusal = PathLock::acquire(path.clone(), &path, Sharing::Exclusive).expect_err("no file can be made");
+            assert!(refusal.to_string().contains(".x.lock"), "{refusal}");
         }
     }
 }

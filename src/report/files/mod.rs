@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn no_part_is_refused_or_lost_when_others_make_share_and_leave_the_folder_at_the_same_instant() {
+    fn no_part_is_refused_while_others_make_share_and_leave_its_folder() {
         const PARTS: usize = 8;
         let scratch = Scratch::new("together");
         let out = scratch.0.join("deep/out");
