@@ -1,17 +1,31 @@
 // Temperatures between nodes and thermocouple beads: twin of src/physics/sensors.rs.
 
 fn read_sensor(sensor: u32, step: u32) -> DoubleWord {
-    if LIMITS == 1u && is_limit_row(sensor) {
-        return read_hottest(sensor, step);
+    let is_limit = LIMITS == 1u && is_limit_row(sensor);
+    var face = sensor;
+    var end = sensor + 1u;
+    var hottest = real(0.0);
+    if is_limit {
+        face = sensor + 1u;
+        end = face + plan.places[sensor].faces;
+        hottest = hottest_node(sensor);
     }
-    return read_face(sensor, step);
+    var reading = DoubleWord(0.0, 0.0);
+    for (; face < end; face++) {
+        reading = read_face(face, step);
+        hottest = max(hottest, reading.high + reading.low);
+    }
+    if is_limit {
+        return DoubleWord(hottest, 0.0);
+    }
+    return reading;
 }
 
 fn is_limit_row(sensor: u32) -> bool {
     return plan.places[sensor].end_node + plan.places[sensor].faces > 0u;
 }
 
-fn read_hottest(sensor: u32, step: u32) -> DoubleWord {
+fn hottest_node(sensor: u32) -> real {
     let location = plan.places[sensor];
     var hottest = real(0.0);
     for (var i = location.first_node; i < location.end_node; i++) {
@@ -27,11 +41,7 @@ fn read_hottest(sensor: u32, step: u32) -> DoubleWord {
         }
         hottest = max(hottest, temperatures[i].high + excess);
     }
-    for (var face = sensor + 1u; face < sensor + 1u + location.faces; face++) {
-        let there = read_face(face, step);
-        hottest = max(hottest, there.high + there.low);
-    }
-    return DoubleWord(hottest, 0.0);
+    return hottest;
 }
 
 fn stretch(i: u32) -> array<real, 2> {

@@ -151,6 +151,7 @@ fn richardson(fine: f64, coarse: f64) -> f64 {
 
 /// The same for values, not derivatives. Quantities that are nonnegative at both resolutions stay so: no front lies
 /// above the face, and no gas flows in because less flowed out.
+#[inline]
 fn richardson_nonnegative(fine: f64, coarse: f64) -> f64 {
     let beyond = richardson(fine, coarse);
     if fine >= 0.0 && coarse >= 0.0 { beyond.max(0.0) } else { beyond }

@@ -141,6 +141,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let phases = &self.reactions.phases[stage][of_states.clone()];
         let mixtures = &mut self.reactions.mixtures[if mixes { cells.clone() } else { 0..0 }];
         let own = &self.scales.states[ply.first_state as usize..][..states];
+        // A copy: the stores of the loop could change what a reference reads.
+        let conductivity_scale = own[0].conductivity;
         let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
         let risen = &mut self.reactions.enthalpy_rises[of_states];
         // Row offsets of all cells first, then the reads: otherwise each read waits for its own offset (time ratio 0.93
@@ -170,7 +172,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         );
         for i in 0..rows.len() {
             let row = row_segment(found, i, shares[i]);
-            let (mut scale, mut density_kg_m3) = (own[0].conductivity, whole.density_kg_m3);
+            let (mut scale, mut density_kg_m3) = (conductivity_scale, whole.density_kg_m3);
             if mixes {
                 Mixture { conductivity: scale, density_kg_m3 } = mixtures[i];
                 if with_slope {

@@ -141,6 +141,17 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         (self.sums.extremes_k[ply].0.lane(lane), self.sums.extremes_k[ply].1.lane(lane))
     }
 
+    /// The plan that they march.
+    #[inline(always)]
+    pub fn plan(&self) -> &'a Plan {
+        self.plan
+    }
+
+    /// Number of plies.
+    pub fn plies(&self) -> usize {
+        self.sums.extremes_k.len()
+    }
+
     /// Step on which a lane diverged, if it did.
     pub fn diverged_at(&self, lane: usize) -> Option<usize> {
         self.sums.diverged[lane]

@@ -11,10 +11,18 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Temperature at a sensor, or the highest of a part with a temperature limit.
     #[inline(always)]
     pub(super) fn read_sensor(&self, sensor: usize, step: usize) -> DoubleWord<R> {
-        if self.plan.has_limit_rows() && self.is_limit_row(sensor) {
-            return self.read_hottest(sensor, step);
+        let zero = R::from_f64(0.0);
+        let (mut faces, mut hottest, mut reading) = (sensor..sensor + 1, zero, DoubleWord::single(zero));
+        let is_limit = self.plan.has_limit_rows() && self.is_limit_row(sensor);
+        if is_limit {
+            faces = sensor + 1..sensor + 1 + self.plan.sensor_locations[sensor].faces as usize;
+            hottest = self.hottest_node(sensor);
         }
-        self.read_face(sensor, step)
+        for face in faces {
+            reading = self.read_face(face, step);
+            hottest = hottest.max(reading.high + reading.low());
+        }
+        if is_limit { DoubleWord::single(hottest) } else { reading }
     }
 
     /// Whether a row reads the highest temperature of a part.
@@ -24,10 +32,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         location.end_node + location.faces > 0
     }
 
-    /// Highest temperature of a part with a temperature limit: of its nodes, of the parabolas between them, and of its
-    /// faces.
+    /// Highest temperature of the nodes of a part with a temperature limit, and of the parabolas between them.
     #[inline(always)]
-    fn read_hottest(&self, sensor: usize, step: usize) -> DoubleWord<R> {
+    fn hottest_node(&self, sensor: usize) -> R {
         let location = self.plan.sensor_locations[sensor];
         let (first, end) = (location.first_node as usize, location.end_node as usize);
         let zero = R::from_f64(0.0);
@@ -40,11 +47,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             hottest = hottest.max(self.thermal.temperatures[i].high + excess);
         }
-        for face in sensor + 1..sensor + 1 + location.faces as usize {
-            let there = self.read_face(face, step);
-            hottest = hottest.max(there.high + there.low());
-        }
-        DoubleWord::single(hottest)
+        hottest
     }
 
     /// Slope of the temperature from a node to the next, K/m, and the distance between them, m.
@@ -60,8 +63,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     fn read_face(&self, sensor: usize, step: usize) -> DoubleWord<R> {
         let (location, cells) = (self.plan.sensor_locations[sensor], &self.rows.cells);
         let (i, ply) = (location.cell as usize, location.ply_above as usize);
-        let conductivity = self.conductivity_now(ply, i, step);
-        let next = self.conductivity_now(location.ply_below as usize, i + 1, step);
+        // A loop, for one copy of the code of mixtures, which was a sixth of a march with gas.
+        let mut conductivities = [R::from_f64(0.0); 2];
+        for (below, ply) in [location.ply_above, location.ply_below].into_iter().enumerate() {
+            conductivities[below] = self.conductivity_now(ply as usize, i + below, step);
+        }
+        let [conductivity, next] = conductivities;
         let conductance = if location.ply_above == location.ply_below {
             conductance_within(conductivity, next, R::constant(cells[i].half_over_next_1_m))
         } else {

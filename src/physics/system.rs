@@ -10,8 +10,10 @@ use super::conduction::{InteriorFaceFlux, Node, no_flux};
 use super::member::Member;
 use super::pyrolysis::{DAMPING_SHARE, stiffness_damping};
 use super::state::{BoundaryRow, CellProperties, EliminatedRow};
+use super::surface_flux::SurfaceFlux;
 use super::tridiagonal::{eliminate_row, flush_tiny, forward_eliminate};
 use crate::plan::GasFlowModel;
+use std::ops::Range;
 
 /// Matrix row of a cell before elimination.
 #[derive(Clone, Copy)]
@@ -107,11 +109,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn boundary_row(&self, face: usize, cell: usize, step: usize, stage: usize) -> BoundaryRow<R> {
         let start = 4 * step + 2 * face;
         let surface = self.surface_state(face, cell, stage);
-        let now = self.open_face_flux(face, self.rows.boundary_forcing[start + stage], surface);
-        if stage == 1 {
-            return BoundaryRow { flux: now.flux, ..self.thermal.boundary_rows[face] };
+        // By the schedules at the stage and, at the first, at the end of the step; a loop, for one copy of the code.
+        let mut fluxes = [SurfaceFlux { flux: R::from_f64(0.0), slope: R::from_f64(0.0) }; 2];
+        for (at, flux) in fluxes.iter_mut().enumerate().skip(stage) {
+            *flux = self.open_face_flux(face, self.rows.boundary_forcing[start + at], surface);
         }
-        let end = self.open_face_flux(face, self.rows.boundary_forcing[start + 1], surface);
+        if stage == 1 {
+            return BoundaryRow { flux: fluxes[1].flux, ..self.thermal.boundary_rows[face] };
+        }
+        let [now, end] = fluxes;
         BoundaryRow {
             held: R::constant(self.rows.faces[face].held),
             rise_k: self.held_face_rise(face, step),
@@ -185,9 +191,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 );
         }
         if let Some(face) = at.face {
-            let (passed, slopes) =
-                [(below.conducted, [own_slope, next_slope]), (-sweep.conducted, [sweep.slopes[1], sweep.slopes[0]])]
-                    [face];
+            let (passed, slopes) = if face == 0 {
+                (below.conducted, [own_slope, next_slope])
+            } else {
+                (-sweep.conducted, [sweep.slopes[1], sweep.slopes[0]])
+            };
             sweep.face_conduction[face] = passed;
             sweep.face_conduction_slopes[face] = slopes;
             let outflow_slope = if GAS { self.outflow_heat_slope(face, at.cell) } else { R::from_f64(0.0) };
@@ -228,7 +236,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let CellProperties { slope_or_capacity: capacity, first_capacity, .. } = node.properties;
         let mut rhs = first_capacity / capacity * net - first_capacity * twice_inverse_step_1_s * node.increment;
         if let Some(face) = at.face {
-            sweep.face_conduction[face] = [below.conducted, -sweep.conducted][face];
+            sweep.face_conduction[face] = if face == 0 { below.conducted } else { -sweep.conducted };
             rhs = self.thermal.boundary_rows[face].apply_boundary_rhs(rhs);
         }
         sweep.rhs = forward_eliminate(rhs, row.lower_ratio, sweep.rhs);
@@ -236,35 +244,56 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         flush_tiny(sweep.rhs)
     }
 
+    /// The node whose row precedes those within a ply, and the fluxes between it and the next: the first node of the
+    /// layup, the last of the ply before, or, past the last ply, the last of the layup. `None` if the first ply has one
+    /// cell.
+    #[inline(always)]
+    fn node_above(&self, p: usize, stage: usize) -> Option<(Position, Node<R>, InteriorFaceFlux<R>)> {
+        if p == self.scales.plies.len() {
+            let last = self.thermal.temperatures.len() - 1;
+            let here = self.node_columns(last..last + 1).node::<GAS>(0, stage);
+            return Some((Position { ply: p - 1, cell: last, face: Some(1) }, here, no_flux()));
+        }
+        let cell = (self.plan.plies[p].first_cell as usize).saturating_sub(1);
+        if p == 0 && self.plan.plies[0].end_cell == 1 {
+            return None;
+        }
+        let nodes = self.node_columns(cell..cell + 2);
+        let (here, next) = (nodes.node::<GAS>(0, stage), nodes.node::<GAS>(1, stage));
+        let at = position(p.saturating_sub(1), cell);
+        let below = if p == 0 {
+            self.flux_within_ply(0, here, next, R::constant(nodes.cells[0].half_over_next_1_m), stage)
+        } else {
+            self.flux_across_interface(p, here, next, stage)
+        };
+        Some((at, here, below))
+    }
+
+    /// Cells of a ply, and the number of its first faces between cells that [`node_above`](Self::node_above) covers;
+    /// `None` past the last ply.
+    #[inline(always)]
+    fn links_within(&self, p: usize) -> Option<(Range<usize>, usize)> {
+        let ply = self.plan.plies.get(p)?;
+        let cells = ply.first_cell as usize..ply.end_cell as usize;
+        let covered = usize::from(p == 0).min(cells.len() - 1);
+        Some((cells, covered))
+    }
+
     /// Assembles and factors the system of both stages, and eliminates the right-hand side of the first. Returns the
     /// heat that all cells take from the holder, W/m².
     #[inline(always)]
     pub(super) fn assemble_first_stage(&mut self, step: usize) -> R {
-        let last = self.thermal.temperatures.len() - 1;
         let inverse_step_1_s = R::constant_from_f64(1.0) / self.step_length_s(step);
         let mut sweep = forward_sweep();
         let mut system = std::mem::take(&mut self.thermal.system);
-        for p in 0..self.scales.plies.len() {
-            let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
+        for p in 0..=self.scales.plies.len() {
+            if let Some((at, here, below)) = self.node_above(p, 0) {
+                system[at.cell] = self.first_stage_row(&mut sweep, at, here, below, inverse_step_1_s, step);
+            }
+            let Some((cells, after_first)) = self.links_within(p) else { break };
             let nodes = self.node_columns(cells.clone());
-            if p > 0 {
-                let i = cells.start - 1;
-                let above = self.node_columns(i..cells.start).node::<GAS>(0, 0);
-                let below = self.flux_across_interface(p, above, nodes.node::<GAS>(0, 0), 0);
-                system[i] = self.first_stage_row(&mut sweep, position(p - 1, i), above, below, inverse_step_1_s, step);
-            }
-            let links = cells.len() - 1;
-            let system = &mut system[cells.clone()][..links];
-            // The cell at the hot face comes first, so that the loop needs no test for it. Both nodes are read anew in
-            // each turn: carrying one over would spill the registers of the pivot, which is the critical path.
-            let first_links = links.min(usize::from(p == 0));
-            if first_links > 0 {
-                let (here, next) = (nodes.node::<GAS>(0, 0), nodes.node::<GAS>(1, 0));
-                let below = self.flux_within_ply(0, here, next, R::constant(nodes.cells[0].half_over_next_1_m), 0);
-                system[0] = self.first_stage_row(&mut sweep, position(0, 0), here, below, inverse_step_1_s, step);
-            }
-            for (after, row) in system[first_links..].iter_mut().enumerate() {
-                let i = first_links + after;
+            for (after, row) in system[cells.clone()][..cells.len() - 1][after_first..].iter_mut().enumerate() {
+                let i = after_first + after;
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
                 let below = self.flux_within_ply(cell, here, next, R::constant(nodes.cells[i].half_over_next_1_m), 0);
@@ -272,9 +301,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 *row = self.first_stage_row(&mut sweep, at, here, below, inverse_step_1_s, step);
             }
         }
-        let at_back = Position { ply: self.scales.plies.len() - 1, cell: last, face: Some(1) };
-        let here = self.node_columns(last..last + 1).node::<GAS>(0, 0);
-        system[last] = self.first_stage_row(&mut sweep, at_back, here, no_flux(), inverse_step_1_s, step);
         self.thermal.system = system;
         (self.thermal.face_conduction, self.thermal.face_conduction_slopes) =
             (sweep.face_conduction, sweep.face_conduction_slopes);
@@ -284,40 +310,19 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Eliminates the right-hand side of the second stage. Returns the heat that all cells take from the holder, W/m².
     #[inline(always)]
     pub(super) fn assemble_second_stage(&mut self, step: usize) -> R {
-        let last = self.thermal.temperatures.len() - 1;
         let twice_inverse_step_1_s = R::constant_from_f64(2.0) / self.step_length_s(step);
         let mut sweep = forward_sweep();
         let mut system = std::mem::take(&mut self.thermal.system);
-        for p in 0..self.scales.plies.len() {
-            let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
+        for p in 0..=self.scales.plies.len() {
+            if let Some((at, here, below)) = self.node_above(p, 1) {
+                let row = system[at.cell];
+                system[at.cell].rhs_or_increment =
+                    self.second_stage_row(&mut sweep, at, here, below, row, twice_inverse_step_1_s, step);
+            }
+            let Some((cells, after_first)) = self.links_within(p) else { break };
             let nodes = self.node_columns(cells.clone());
-            if p > 0 {
-                let i = cells.start - 1;
-                let above = self.node_columns(i..cells.start).node::<GAS>(0, 1);
-                let below = self.flux_across_interface(p, above, nodes.node::<GAS>(0, 1), 1);
-                let row = system[i];
-                system[i].rhs_or_increment = self.second_stage_row(
-                    &mut sweep,
-                    position(p - 1, i),
-                    above,
-                    below,
-                    row,
-                    twice_inverse_step_1_s,
-                    step,
-                );
-            }
-            let links = cells.len() - 1;
-            let system = &mut system[cells.clone()][..links];
-            let first_links = links.min(usize::from(p == 0));
-            if first_links > 0 {
-                let (here, next) = (nodes.node::<GAS>(0, 1), nodes.node::<GAS>(1, 1));
-                let below = self.flux_within_ply(0, here, next, R::constant(nodes.cells[0].half_over_next_1_m), 1);
-                let row = system[0];
-                system[0].rhs_or_increment =
-                    self.second_stage_row(&mut sweep, position(0, 0), here, below, row, twice_inverse_step_1_s, step);
-            }
-            for (after, row) in system[first_links..].iter_mut().enumerate() {
-                let i = first_links + after;
+            for (after, row) in system[cells.clone()][..cells.len() - 1][after_first..].iter_mut().enumerate() {
+                let i = after_first + after;
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
                 let below = self.flux_within_ply(cell, here, next, R::constant(nodes.cells[i].half_over_next_1_m), 1);
@@ -326,11 +331,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                     self.second_stage_row(&mut sweep, at, here, below, *row, twice_inverse_step_1_s, step);
             }
         }
-        let at_back = Position { ply: self.scales.plies.len() - 1, cell: last, face: Some(1) };
-        let here = self.node_columns(last..last + 1).node::<GAS>(0, 1);
-        let row = system[last];
-        system[last].rhs_or_increment =
-            self.second_stage_row(&mut sweep, at_back, here, no_flux(), row, twice_inverse_step_1_s, step);
         self.thermal.system = system;
         self.thermal.face_conduction = sweep.face_conduction;
         sweep.from_holder

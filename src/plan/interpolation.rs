@@ -62,7 +62,10 @@ impl RecordInterpolation {
     /// The readings at all instants, from the records of one sensor, into `readings`, one value per instant.
     pub fn interpolate(&self, records: &[f64], readings: &mut [f64]) {
         for (reading, taps) in readings.iter_mut().zip(&self.stencils) {
-            *reading = taps.iter().map(|&(record, weight)| weight * records[record]).sum::<f64>();
+            *reading = 0.0;
+            for &(record, weight) in taps {
+                *reading += weight * records[record];
+            }
         }
     }
 }

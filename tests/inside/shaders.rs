@@ -102,6 +102,10 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "gas_balance", "the host reads results with it; the device writes them to buffers"),
     ("member", "extremes_k", "the host reads results with it; the device writes them to buffers"),
     ("member", "diverged_at", "the host reads results with it; the device writes them to buffers"),
+    ("member", "plan", "the device reads the plan from its buffers"),
+    ("member", "plies", "the host reads results with it; the device writes them to buffers"),
+    ("system", "node_above", "one copy of a row's code for the processor; the device calls its rows"),
+    ("system", "links_within", "see node_above"),
 ];
 
 /// Functions of a text in order, without the one-sided ones.

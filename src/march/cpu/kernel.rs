@@ -68,10 +68,18 @@ macro_rules! kernel {
                 temperatures_k: &mut [f64],
                 reads_cells: bool,
             ) -> Vec<MemberResult> {
+                // Apart from the start and the results: a march that owns nothing, and so has nothing to drop where it
+                // panics, takes 0.93 of the time (benches/LOG.md).
+                let mut member = <$instructions>::invoke(
+                    #[inline(always)]
+                    || Member::<$real, $gas>::start(plan, rows, |column| columns[column as usize]),
+                );
+                let mut records = Records::new(plan, lanes, temperatures_k, $gas && reads_cells);
                 <$instructions>::invoke(
                     #[inline(always)]
-                    || march_group::<$real, $gas>(plan, rows, lanes, columns, temperatures_k, reads_cells),
-                )
+                    || march_group(&mut member, &mut records),
+                );
+                records.into_results(&member)
             }
         }
     };
@@ -126,22 +134,50 @@ impl MemberResult {
     }
 }
 
-/// March one SIMD group of members, given the factor columns, and return the results of the first `lanes` lanes; with
-/// the states of all cells of the first lane if `reads_cells`.
-#[inline(always)]
-fn march_group<R: Real, const GAS: bool>(
-    plan: &Plan,
-    rows: &PlanData<R::Scalar>,
+/// What the members of a group record, each from the start of the march to its end.
+struct Records<'a> {
     lanes: usize,
-    columns: &[R],
-    temperatures_k: &mut [f64],
-    reads_cells: bool,
-) -> Vec<MemberResult> {
-    let (sensors, instants) = (plan.sensor_locations.len(), plan.records);
-    let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
-    let reads_cells = GAS && reads_cells;
-    let mut cell_states = vec![0.0; if reads_cells { CELL_QUANTITIES * plan.cells() * instants } else { 0 }];
-    let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
+    /// Member × sensor × instant.
+    temperatures_k: &'a mut [f64],
+    /// Member × gauge × instant.
+    gauges: Vec<f64>,
+    /// Of the first member: quantity × cell × instant, where they are read.
+    cell_states: Vec<f64>,
+}
+
+impl<'a> Records<'a> {
+    /// For this many members.
+    fn new(plan: &Plan, lanes: usize, temperatures_k: &'a mut [f64], reads_cells: bool) -> Self {
+        let cells = if reads_cells { plan.cells() } else { 0 };
+        Self {
+            lanes,
+            temperatures_k,
+            gauges: vec![0.0; lanes * plan.gauges() * plan.records],
+            cell_states: vec![0.0; CELL_QUANTITIES * cells * plan.records],
+        }
+    }
+
+    /// The results of each member.
+    fn into_results<R: Real, const GAS: bool>(mut self, member: &Member<'_, R, GAS>) -> Vec<MemberResult> {
+        let size = self.gauges.len() / self.lanes;
+        (0..self.lanes)
+            .map(|lane| MemberResult {
+                diverged_at_step: member.diverged_at(lane),
+                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane))
+                    .with_gas(member.gas_balance(lane)),
+                extremes_k: (0..member.plies()).map(|ply| member.extremes_k(ply, lane)).collect(),
+                gauges: self.gauges[lane * size..(lane + 1) * size].to_vec(),
+                cell_states: if lane == 0 { std::mem::take(&mut self.cell_states) } else { Vec::new() },
+            })
+            .collect()
+    }
+}
+
+/// March one SIMD group of members.
+#[inline(always)]
+fn march_group<R: Real, const GAS: bool>(member: &mut Member<'_, R, GAS>, records: &mut Records<'_>) {
+    let plan = member.plan();
+    let (sensors, instants, lanes) = (plan.sensor_locations.len(), plan.records, records.lanes);
     for step in 0..=plan.steps() {
         member.advance(
             step,
@@ -151,20 +187,21 @@ fn march_group<R: Real, const GAS: bool>(
                 if instant != NO_INSTANT {
                     for (sensor, lane) in (0..sensors).flat_map(|sensor| (0..lanes).map(move |lane| (sensor, lane))) {
                         let at = (lane * sensors + sensor) * instants + instant as usize;
-                        temperatures_k[at] = member.bead_temperature_k(sensor, lane);
+                        records.temperatures_k[at] = member.bead_temperature_k(sensor, lane);
                     }
                     if plan.gauges() > 0 {
                         let read = member.gauges(step);
                         for (lane, gauge) in (0..lanes).flat_map(|lane| (0..GAUGES).map(move |gauge| (lane, gauge))) {
-                            gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
+                            let at = (lane * GAUGES + gauge) * instants + instant as usize;
+                            records.gauges[at] = read[gauge].lane(lane);
                         }
                     }
-                    if reads_cells {
+                    if GAS && !records.cell_states.is_empty() {
                         for (ply, row) in plan.plies.iter().enumerate() {
                             for cell in row.first_cell as usize..row.end_cell as usize {
                                 for (quantity, value) in member.cell_state(ply, cell).into_iter().enumerate() {
                                     let at = (quantity * plan.cells() + cell) * instants + instant as usize;
-                                    cell_states[at] = value.lane(0);
+                                    records.cell_states[at] = value.lane(0);
                                 }
                             }
                         }
@@ -173,17 +210,4 @@ fn march_group<R: Real, const GAS: bool>(
             },
         );
     }
-    (0..lanes)
-        .map(|lane| {
-            let size = gauges.len() / lanes;
-            MemberResult {
-                diverged_at_step: member.diverged_at(lane),
-                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane))
-                    .with_gas(member.gas_balance(lane)),
-                extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
-                gauges: gauges[lane * size..(lane + 1) * size].to_vec(),
-                cell_states: if lane == 0 { std::mem::take(&mut cell_states) } else { Vec::new() },
-            }
-        })
-        .collect()
 }

@@ -66,9 +66,9 @@ impl<T, const LANES: usize> TableRow<'_, T, LANES> {
     /// Start of a column group in the first row of the table.
     #[inline(always)]
     fn column_start(&self, group: usize) -> usize {
-        // Copies: a panic message that borrows `self` would keep it in memory.
-        let (place, columns) = (COLUMNS_PER_LOAD * group, self.columns);
-        assert!(place + COLUMNS_PER_LOAD <= columns, "columns {place} to {} of {columns}", place + COLUMNS_PER_LOAD);
+        let place = COLUMNS_PER_LOAD * group;
+        // A message with the numbers would have each cell store them for it.
+        assert!(place + COLUMNS_PER_LOAD <= self.columns, "a column group beyond the row");
         place
     }
 }

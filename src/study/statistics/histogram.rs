@@ -73,12 +73,13 @@ impl Histogram {
         self.extend_over(values);
         let width = carried.width();
         let mut sums = vec![0u32; self.bins().len() * width];
-        for (&value, row) in values.iter().zip(carried.words.chunks_exact(width)) {
+        for (number, &value) in values.iter().enumerate() {
+            let row = &carried.words[number * width..][..width];
             let place = ((value >> self.width_log2) - self.lowest) as usize * width;
             let sums = &mut sums[place..place + width];
-            for (sums, words) in sums.chunks_exact_mut(WORDS).zip(row.chunks_exact(WORDS)) {
-                for (sum, word) in sums.iter_mut().zip(words) {
-                    *sum += word;
+            for (sums, words) in sums.as_chunks_mut::<WORDS>().0.iter_mut().zip(row.as_chunks::<WORDS>().0) {
+                for word in 0..WORDS {
+                    sums[word] += words[word];
                 }
             }
         }
@@ -153,10 +154,13 @@ impl Histogram {
 
     /// Extend the range to contain all values.
     fn extend_over(&mut self, values: &[i64]) {
-        if let (Some(&lowest), Some(&highest)) = (values.iter().min(), values.iter().max()) {
-            self.extend_to(lowest);
-            self.extend_to(highest);
+        let Some((&first, others)) = values.split_first() else { return };
+        let (mut lowest, mut highest) = (first, first);
+        for &value in others {
+            (lowest, highest) = (lowest.min(value), highest.max(value));
         }
+        self.extend_to(lowest);
+        self.extend_to(highest);
     }
 
     /// Extend the range to contain a value.

@@ -53,8 +53,9 @@ impl OutputSums {
 
     /// Extend the extremes to values.
     pub(super) fn extend_extremes(&mut self, values: impl Iterator<Item = f64>) {
-        let extremes = (self.min, self.max);
-        (self.min, self.max) = values.fold(extremes, |(min, max), value| (min.min(value), max.max(value)));
+        for value in values {
+            (self.min, self.max) = (self.min.min(value), self.max.max(value));
+        }
     }
 
     /// Add values in quanta from their reference; the moments are added separately for all outputs. Many values at
