@@ -77,9 +77,11 @@ impl Histogram {
             let row = &carried.words[number * width..][..width];
             let place = ((value >> self.width_log2) - self.lowest) as usize * width;
             let sums = &mut sums[place..place + width];
-            for (sums, words) in sums.as_chunks_mut::<WORDS>().0.iter_mut().zip(row.as_chunks::<WORDS>().0) {
-                for word in 0..WORDS {
-                    sums[word] += words[word];
+            // Indices: `zip` is not inlined from another unit of the build.
+            let words = row.as_chunks::<WORDS>().0;
+            for (chunk, sums) in sums.as_chunks_mut::<WORDS>().0.iter_mut().enumerate() {
+                for (word, sum) in sums.iter_mut().enumerate() {
+                    *sum += words[chunk][word];
                 }
             }
         }
