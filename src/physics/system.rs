@@ -292,6 +292,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             let Some((cells, after_first)) = self.links_within(p) else { break };
             let nodes = self.node_columns(cells.clone());
+            // Both nodes are read anew in each turn: carrying one over would spill the registers of the pivot, which is
+            // the critical path.
             for (after, row) in system[cells.clone()][..cells.len() - 1][after_first..].iter_mut().enumerate() {
                 let i = after_first + after;
                 let cell = cells.start + i;
