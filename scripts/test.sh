@@ -129,8 +129,8 @@ if "$all"; then
         case::estimation case::exposure statistics::histogram physics::lanes
 fi
 say 'documentation'
-# As JSON for the listing of the public interface, with the lints of rustdoc, a broken link among them. The format is not
-# stable yet; it is that of the toolchain at hand.
+# As JSON for the listing of the public interface, with the lints of rustdoc, a broken link among them. The format is
+# not stable yet; it is that of the toolchain at hand.
 RUSTDOC=$PWD/scripts/unstable_rustdoc.sh RUSTDOCFLAGS='-D warnings -Z unstable-options --output-format json' \
     cargo doc --profile work --workspace --lib --no-deps
 python3 scripts/public_api.py "${CARGO_TARGET_DIR:-target}/doc/bondline.json" docs/reference/public-api.txt
