@@ -33,9 +33,10 @@ if ! cat python/tests/requirements*.txt | cmp -s - "$environment/requirements"; 
     cat python/tests/requirements*.txt >"$environment/requirements"
 fi
 rm -rf "$wheels"
-# Packages of a system are linked to its own libraries; a published wheel is linked to older ones.
+# Packages of a system are linked to its own libraries; a published wheel is linked to older ones. It is compressed
+# again below; for tests, little compression is enough.
 "$environment/bin/maturin" build --quiet --manifest-path python/Cargo.toml --profile "$profile" \
-    --compatibility linux --strip --compression-level 9 --out "$wheels"
+    --compatibility linux --strip --compression-level 1 --out "$wheels"
 wheel=$(echo "$wheels"/*.whl)
 [ "$profile" = work ] || "$environment/bin/python" scripts/compress_wheel.py "$wheel"
 "$environment/bin/pip" install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
