@@ -68,9 +68,10 @@ say 'format'
 cargo fmt --check
 say 'lints'
 # With the Python package, so that every build below has the same features of dependencies, which are then built once.
-# With the feature `internals`, which all benches need; unused code of the physics, which it makes public, is found
-# without it, below.
+# Once with the feature `internals`, which the benches need, and the library without it: what the feature makes public
+# never counts as unused.
 cargo clippy --profile work --workspace --all-targets --features bondline/internals -- -D warnings
+cargo clippy --profile work --workspace --lib -- -D warnings
 combinations=('')
 "$all" && combinations+=(gpu serde report xlsx gpu,report)
 for features in "${combinations[@]}"; do
