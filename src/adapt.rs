@@ -149,7 +149,7 @@ impl Discretisation {
 
     /// With the densities of the cells that each ply has in a plan, after rounding and the minimum of cells.
     fn with_cell_counts_of(mut self, plan: &Plan) -> Self {
-        for (density, ply) in self.grid.cells_per_ply.iter_mut().zip(&plan.plies) {
+        for (density, ply) in self.grid.cells_per_ply.iter_mut().zip(&plan.rows.plies) {
             *density = f64::from(ply.end_cell - ply.first_cell) / 2.0;
         }
         self

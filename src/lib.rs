@@ -57,7 +57,8 @@
 //! - [`plan`]: the discretised problem: cells, time steps and flat arrays
 //! - [`adapt`]: the choice of cells and time steps for a tolerance
 //! - [`ensemble`]: members and their sampling
-//! - `physics` (private): one time step of one member; each file has a twin in WGSL
+//! - `physics` (a package of its own, not public): one time step of one member, each file with a twin in WGSL, and its
+//!   march on the CPU
 //! - [`march`]: time integration of an ensemble, on the CPU or a device
 //! - [`traces`]: temperatures and balances over time
 //! - [`fit`]: bounded least squares and identifiability
@@ -75,12 +76,10 @@ pub mod ensemble;
 pub mod fit;
 pub mod limits;
 pub mod march;
-#[cfg(not(feature = "internals"))]
-#[expect(unreachable_pub, reason = "public with the feature `internals`")]
-mod physics;
 #[cfg(feature = "internals")]
-#[expect(missing_docs, reason = "not part of the public interface")]
-pub mod physics;
+pub use bondline_physics as physics;
+#[cfg(not(feature = "internals"))]
+use bondline_physics as physics;
 pub mod plan;
 mod random;
 #[cfg(feature = "report")]

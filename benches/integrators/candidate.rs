@@ -2,8 +2,8 @@
 
 use crate::layup::Layup;
 use crate::methods::{Method, Steps, march};
+use bondline::physics::layout::NO_INSTANT;
 use bondline::plan::Plan;
-use bondline::plan::layout::NO_INSTANT;
 
 /// The coarse march for extrapolation, of which a third of the difference is subtracted.
 #[derive(Clone, Copy, PartialEq)]
@@ -75,14 +75,14 @@ impl Candidate {
 /// Readings of a member, sensor × instant, K, on the cells of one plan with the steps of another.
 pub(crate) fn readings(method: Method, cells: &Plan, steps: &Plan, columns: &[f64]) -> Vec<f64> {
     let layup = Layup::new(cells, |column| columns[column as usize]);
-    let sensors = cells.places().len();
-    let mut records = vec![Vec::with_capacity(steps.records()); sensors];
+    let sensors = cells.rows().sensor_locations.len();
+    let mut records = vec![Vec::with_capacity(steps.rows().records); sensors];
     march(method, &layup, &Steps::of(steps), |step, temperatures| {
-        if steps.instants()[step] != NO_INSTANT {
+        if steps.rows().record_at_step[step] != NO_INSTANT {
             records.iter_mut().enumerate().for_each(|(sensor, of)| of.push(layup.read(temperatures, sensor)));
         }
     });
-    let Some(readout) = steps.readout() else { return records.concat() };
+    let Some(readout) = steps.interpolation() else { return records.concat() };
     let mut readings = Vec::with_capacity(sensors * readout.instant_count());
     records.iter().for_each(|records| readout.interpolate(records, &mut readings));
     readings
@@ -98,7 +98,7 @@ pub(crate) fn worst_k(one: &[f64], other: &[f64]) -> f64 {
 /// surroundings, so it is an error. Infinite for NaN.
 pub(crate) fn below_k(method: Method, plan: &Plan, columns: &[f64]) -> f64 {
     let layup = Layup::new(plan, |column| columns[column as usize]);
-    let start_k = plan.rows().cells.iter().map(|cell| cell.start_k).fold(f64::INFINITY, f64::min);
+    let start_k = plan.rows().data.cells.iter().map(|cell| cell.start_k).fold(f64::INFINITY, f64::min);
     let mut coldest_k = start_k;
     march(method, &layup, &Steps::of(plan), |_, temperatures: &[f64]| {
         let seen_k = temperatures.iter().map(|&k| if k.is_nan() { f64::NEG_INFINITY } else { k });

@@ -5,6 +5,7 @@
 //! the back face is insulated.
 
 use bondline::physics::Real;
+use bondline::physics::layout::{BoundaryForcing, FACE_COLUMNS, TABLE_STEP_K};
 use bondline::physics::material::{
     ConductivityParts, PlyScale, conductance_across, conductance_slope_across, conductance_within, flux_slopes,
     ply_scale, solid_properties, state_scale,
@@ -12,7 +13,6 @@ use bondline::physics::material::{
 use bondline::physics::surface_flux::{FaceScale, STEFAN_BOLTZMANN, SurfaceFlux, face_scale, surface_flux};
 use bondline::physics::table::{table_index, table_segment};
 use bondline::plan::Plan;
-use bondline::plan::layout::{BoundaryForcing, FACE_COLUMNS, TABLE_STEP_K};
 
 pub(crate) struct Layup<'a, R> {
     plan: &'a Plan,
@@ -71,24 +71,25 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     /// On the cells of a plan, scaled by a member's factor columns; column 0 is one.
     #[inline(always)]
     pub(crate) fn new(plan: &'a Plan, column: impl Fn(u32) -> R + Copy) -> Self {
-        let rows = plan.rows();
+        let (marched, rows) = (plan.rows(), &plan.rows().data);
         let ply = |(ply, &bulk)| {
-            let ply: &bondline::plan::layout::Ply<u32> = ply;
+            let ply: &bondline::physics::layout::Ply<u32> = ply;
             let state = ply.first_state as usize;
             let scale = ply_scale(ply, bulk, rows.state_properties[state], column);
             (
                 scale,
-                state_scale(&plan.conductions()[state], rows.state_properties[state], bulk, scale, column).conductivity,
+                state_scale(&marched.conductivity_columns[state], rows.state_properties[state], bulk, scale, column)
+                    .conductivity,
             )
         };
-        let contacts = rows.contacts_m2_k_w.iter().zip(plan.plies());
+        let contacts = rows.contacts_m2_k_w.iter().zip(&marched.plies);
         Self {
             plan,
-            plies: plan.plies().iter().zip(&rows.bulk_properties).map(ply).collect(),
+            plies: marched.plies.iter().zip(&rows.bulk_properties).map(ply).collect(),
             contacts_m2_k_w: contacts.map(|(&contact, ply)| R::splat(contact) / column(ply.contact)).collect(),
-            hot: face_scale(&plan.scalings()[0], column),
-            ply_of: (0..plan.plies().len())
-                .flat_map(|p| vec![p; (plan.plies()[p].end_cell - plan.plies()[p].first_cell) as usize])
+            hot: face_scale(&marched.face_columns[0], column),
+            ply_of: (0..marched.plies.len())
+                .flat_map(|p| vec![p; (marched.plies[p].end_cell - marched.plies[p].first_cell) as usize])
                 .collect(),
         }
     }
@@ -98,7 +99,7 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     }
 
     pub(crate) fn start(&self) -> Vec<R> {
-        self.plan.rows().cells.iter().map(|cell| R::splat(cell.start_k)).collect()
+        self.plan.rows().data.cells.iter().map(|cell| R::splat(cell.start_k)).collect()
     }
 
     #[inline(always)]
@@ -109,10 +110,11 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
         slopes: Derivatives,
         at: &mut Evaluation<R>,
     ) {
-        let cells = &self.plan.rows().cells;
+        let cells = &self.plan.rows().data.cells;
         let (mut above, is_sloped) = (R::from_f64(0.0), slopes != Derivatives::None);
         for p in 0..self.plies.len() {
-            let (first, end) = (self.plan.plies()[p].first_cell as usize, self.plan.plies()[p].end_cell as usize);
+            let (first, end) =
+                (self.plan.rows().plies[p].first_cell as usize, self.plan.rows().plies[p].end_cell as usize);
             self.properties(p, temperatures, slopes, at);
             // Slices of equal length avoid bounds checks, as in the march; the checks would take as long as the work.
             let count = end - first - 1;
@@ -159,10 +161,10 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     /// segments.
     #[inline(always)]
     fn properties(&self, p: usize, temperatures: &[R], slopes: Derivatives, at: &mut Evaluation<R>) {
-        let (plan, ply, (bulk, state)) = (self.plan, &self.plan.plies()[p], self.plies[p]);
-        let (block, columns) = (&plan.rows().tables[ply.table as usize..], ply.columns as usize);
+        let (plan, ply, (bulk, state)) = (self.plan, &self.plan.rows().plies[p], self.plies[p]);
+        let (block, columns) = (&plan.rows().data.tables[ply.table as usize..], ply.columns as usize);
         let range = ply.first_cell as usize..ply.end_cell as usize;
-        let (rows, temperatures) = (&plan.rows().cells[range.clone()], &temperatures[range.clone()]);
+        let (rows, temperatures) = (&plan.rows().data.cells[range.clone()], &temperatures[range.clone()]);
         let conductivities = &mut at.conductivities[range.clone()][..rows.len()];
         let inclines = &mut at.slopes[range.clone()][..rows.len()];
         let capacities = &mut at.capacities[range.clone()][..rows.len()];
@@ -207,8 +209,8 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
         slopes: Derivatives,
     ) -> SurfaceFlux<R> {
         let here = table_index(temperature_k);
-        let (table, none) = (&self.plan.rows().tables, R::from_f64(0.0));
-        let row = table_segment(table, here, FACE_COLUMNS, self.plan.face_table()).row;
+        let (table, none) = (&self.plan.rows().data.tables, R::from_f64(0.0));
+        let row = table_segment(table, here, FACE_COLUMNS, self.plan.rows().face_table()).row;
         let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
             [0, 1].map(|four| R::column_group(row, four));
         let per_node = R::from_f64(1.0 / TABLE_STEP_K);
@@ -231,20 +233,24 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     #[inline(always)]
     fn conductivity(&self, temperatures: &[R], i: usize) -> R {
         let (plan, p) = (self.plan, self.ply_of[i]);
-        let ply = &plan.plies()[p];
-        let row =
-            table_segment(&plan.rows().tables, table_index(temperatures[i]), ply.columns as usize, ply.table as usize);
+        let ply = &plan.rows().plies[p];
+        let row = table_segment(
+            &plan.rows().data.tables,
+            table_index(temperatures[i]),
+            ply.columns as usize,
+            ply.table as usize,
+        );
         solid_properties(row, ply.parts as usize, self.plies[p].1, false).conductivity
     }
 
     /// Reading of a sensor, K: see `physics::reading`.
     #[inline(always)]
     pub(crate) fn read(&self, temperatures: &[R], sensor: usize) -> R {
-        let (plan, i) = (self.plan, self.plan.places()[sensor].cell as usize);
-        let row = plan.rows().sensors[sensor];
+        let (plan, i) = (self.plan, self.plan.rows().sensor_locations[sensor].cell as usize);
+        let row = plan.rows().data.sensors[sensor];
         let (k, next) = (self.conductivity(temperatures, i), self.conductivity(temperatures, i + 1));
         let drop = temperatures[i] - temperatures[i + 1];
-        let (below_m, above_m) = (plan.rows().cells[i].below_m, plan.rows().cells[i + 1].above_m);
+        let (below_m, above_m) = (plan.rows().data.cells[i].below_m, plan.rows().data.cells[i + 1].above_m);
         let contact = self.contacts_m2_k_w[self.ply_of[i]];
         let flux = conductance_across(k, R::constant(below_m), next, R::constant(above_m), contact) * drop;
         let to_face = flux * R::splat(row.above_m) / k;

@@ -19,8 +19,8 @@ use bondline::ensemble::{Ensemble, Sampling};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::march_extrapolated;
+use bondline::physics::layout::Ply;
 use bondline::plan::GridDensity;
-use bondline::plan::layout::Ply;
 use bondline::plan::{Discretisation, Plan};
 use bondline::plan::{StepGrowth, TimeStepControl};
 use candidate::{Candidate, CoarseCells, CoarseMarch, readings, worst_k};
@@ -78,13 +78,19 @@ fn main() {
     let requested = std::env::args().skip(1).find(|arg| !arg.starts_with("--"));
     let case = common::case(requested.as_deref().unwrap_or("lcat-2259"));
     let own = adapt(&case).unwrap_or_else(|error| panic!("{error}"));
-    let is_plain = own.gas().is_none() && own.states() == 1 && own.levels() == 1 && own.parts() < 3;
-    assert!(is_plain && !own.has_holder() && !own.has_depths(), "{}: this bench supports conduction only", case.id());
+    let rows = own.rows();
+    let is_plain =
+        rows.gas.is_none() && rows.max_states == 1 && rows.pressure_levels == 1 && rows.conductivity_parts < 3;
+    assert!(
+        is_plain && !rows.has_holder && !rows.has_depth_factors,
+        "{}: this bench supports conduction only",
+        case.id()
+    );
     let coarse = own.coarse().expect("an adapted plan has a coarse one");
     let cells = |ply: &Ply<u32>| f64::from(ply.end_cell - ply.first_cell);
     let density = GridDensity {
-        cells_per_ply: coarse.plies().iter().map(cells).collect(),
-        subdivisions: vec![1; coarse.plies().len()],
+        cells_per_ply: coarse.rows().plies.iter().map(cells).collect(),
+        subdivisions: vec![1; coarse.rows().plies.len()],
     };
     let diagram = Diagram { ns: timing::ns(&own, &METHODS), case, density };
     println!("| method | ns a cell-step |\n|---|---|");

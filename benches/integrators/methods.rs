@@ -2,9 +2,9 @@
 
 use crate::layup::{Derivatives, Evaluation, Layup};
 use bondline::physics::Real;
+use bondline::physics::layout::BoundaryForcing;
 use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::Plan;
-use bondline::plan::layout::BoundaryForcing;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Method {
@@ -113,7 +113,7 @@ pub(crate) struct Steps<'a> {
 
 impl<'a> Steps<'a> {
     pub(crate) fn of(plan: &'a Plan) -> Self {
-        let (drives, lengths_s) = (&plan.rows().boundary_forcing, &plan.rows().step_lengths_s);
+        let (drives, lengths_s) = (&plan.rows().data.boundary_forcing, &plan.rows().data.step_lengths_s);
         let slope = |step: usize| (drives[4 * step + 1].convection - drives[4 * step].convection) / lengths_s[step];
         let steepest = (0..plan.steps()).map(|step| slope(step).abs()).fold(0.0, f64::max);
         let bends = |step: usize| (slope(step) - slope(step - 1)).abs() > 1e-6 * steepest;
@@ -122,7 +122,7 @@ impl<'a> Steps<'a> {
 
     /// Boundary forcing at a share of a step.
     fn drive(&self, step: usize, share: f64) -> BoundaryForcing<f64> {
-        let [start, end] = [0, 1].map(|end| self.plan.rows().boundary_forcing[4 * step + end]);
+        let [start, end] = [0, 1].map(|end| self.plan.rows().data.boundary_forcing[4 * step + end]);
         // Only the flux changes in these cases.
         BoundaryForcing { convection: start.convection + share * (end.convection - start.convection), ..start }
     }
@@ -191,7 +191,7 @@ pub(crate) fn march<R: Real<Scalar = f64, Constant = R>>(
 impl<R: Real<Scalar = f64, Constant = R>> Integration<'_, R> {
     #[inline(always)]
     fn rosenbrock<const S: usize>(&mut self, method: &Rosenbrock<S>, step: usize) {
-        let per_length = 1.0 / self.steps.plan.rows().step_lengths_s[step];
+        let per_length = 1.0 / self.steps.plan.rows().data.step_lengths_s[step];
         let slopes = if method.is_exact { Derivatives::All } else { Derivatives::Fluxes };
         self.layup.evaluate(&self.temperatures, self.steps.drive(step, 0.0), slopes, &mut self.at);
         self.capacities.copy_from_slice(&self.at.capacities);

@@ -6,8 +6,8 @@ use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::{March, Precision};
 use bondline::physics::Real;
+use bondline::physics::layout::NO_INSTANT;
 use bondline::plan::Plan;
-use bondline::plan::layout::NO_INSTANT;
 use rayon::ThreadPoolBuilder;
 use std::hint::black_box;
 use std::time::Instant;
@@ -61,10 +61,10 @@ fn widest(method: Method, plan: &Plan) -> usize {
 
 #[inline(always)]
 fn carry<R: Real<Scalar = f64, Constant = R>>(method: Method, plan: &Plan) -> usize {
-    let (sensors, steps) = (plan.places().len(), Steps::of(plan));
-    let mut records = vec![R::from_f64(0.0); sensors * plan.records()];
+    let (sensors, steps) = (plan.rows().sensor_locations.len(), Steps::of(plan));
+    let mut records = vec![R::from_f64(0.0); sensors * plan.rows().records];
     for group in 0..GROUPS {
-        let columns: Vec<R> = (0..=plan.factors())
+        let columns: Vec<R> = (0..=plan.rows().factors)
             .map(|column| {
                 R::from_lanes(|lane| if column == 0 { 1.0 } else { 0.9 + 0.02 * ((lane + column + group) % 11) as f64 })
             })
@@ -76,7 +76,7 @@ fn carry<R: Real<Scalar = f64, Constant = R>>(method: Method, plan: &Plan) -> us
             &steps,
             #[inline(always)]
             |step, temperatures| {
-                let record = plan.instants()[step];
+                let record = plan.rows().record_at_step[step];
                 if record != NO_INSTANT {
                     for sensor in 0..sensors {
                         records[record as usize * sensors + sensor] = layup.read(temperatures, sensor);

@@ -3,9 +3,9 @@
 use bondline::ensemble::Ensemble;
 use bondline::physics::Real;
 use bondline::physics::double_word::Omitted;
+use bondline::physics::layout::COLUMNS_PER_LOAD;
 use bondline::physics::member::Member;
 use bondline::plan::Plan;
-use bondline::plan::layout::COLUMNS_PER_LOAD;
 use std::fmt::{self, Display, Formatter};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -42,7 +42,7 @@ impl OperationCounts {
         counters.iter().for_each(|counter| counter.store(0, Ordering::Relaxed));
         let factors = nominal.member(0);
         let column = |column: u32| CountingReal(if column == 0 { 1.0 } else { factors[column as usize - 1] });
-        if plan.gas().is_some() {
+        if plan.rows().gas.is_some() {
             march::<true>(plan, column);
         } else {
             march::<false>(plan, column);
@@ -67,7 +67,7 @@ impl Display for OperationCounts {
 }
 
 fn march<const GAS: bool>(plan: &Plan, column: impl Fn(u32) -> CountingReal + Copy) {
-    let mut member = Member::<CountingReal, GAS>::start(plan, plan.rows(), column);
+    let mut member = Member::<CountingReal, GAS>::start(plan.rows(), &plan.rows().data, column);
     for turn in 0..=plan.steps() {
         member.advance(turn, |_| ());
     }

@@ -8,11 +8,11 @@
 mod common;
 
 use bondline::adapt::adapt;
-use bondline::plan::Plan;
-use bondline::plan::layout::{
+use bondline::physics::layout::{
     Bead, BoundaryForcing, BulkProperties, Cell, ConductivityColumns, FACE_COLUMNS, Face, FaceColumns, NO_INSTANT, Ply,
     Sensor, SensorLocation, TABLE_NODES, TABLE_STEP_K,
 };
+use bondline::plan::Plan;
 use serde_json::{Value, json};
 
 fn main() {
@@ -38,43 +38,43 @@ fn main() {
 
 /// One resolution of a plan.
 fn march(plan: &Plan) -> Value {
-    let rows = &plan.rows();
-    let recorded = (0..plan.instants().len()).filter(|&step| plan.instants()[step] != NO_INSTANT);
+    let (rows, data) = (plan.rows(), &plan.rows().data);
+    let recorded = (0..rows.record_at_step.len()).filter(|&step| rows.record_at_step[step] != NO_INSTANT);
     json!({
         "times_s": plan.times_s(),
         "record_steps": recorded.collect::<Vec<_>>(),
         "taps": taps(plan),
-        "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
-        "plies": table(Ply::<u32>::FIELDS, plan.plies(), Ply::flatten),
-        "conductions": table(ConductivityColumns::<u32>::FIELDS, plan.conductions(), ConductivityColumns::flatten),
-        "bulks": table(BulkProperties::<f64>::FIELDS, &rows.bulk_properties, BulkProperties::flatten),
-        "contacts_m2_k_w": rows.contacts_m2_k_w,
-        "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
-        "scalings": table(FaceColumns::<u32>::FIELDS, plan.scalings(), FaceColumns::flatten),
-        "drives": table(BoundaryForcing::<f64>::FIELDS, &rows.boundary_forcing, BoundaryForcing::flatten),
-        "sensors": table(Sensor::<f64>::FIELDS, &rows.sensors, Sensor::flatten),
-        "places": table(SensorLocation::<u32>::FIELDS, plan.places(), SensorLocation::flatten),
-        "beads": table(Bead::<f64>::FIELDS, &rows.beads, Bead::flatten),
-        "parts": plan.parts(),
-        "levels": plan.levels(),
-        "states": plan.states(),
-        "has_gas": plan.gas().is_some(),
-        "has_holder": plan.has_holder(),
-        "has_depths": plan.has_depths(),
+        "cells": table(Cell::<f64>::FIELDS, &data.cells, Cell::flatten),
+        "plies": table(Ply::<u32>::FIELDS, &rows.plies, Ply::flatten),
+        "conductions": table(ConductivityColumns::<u32>::FIELDS, &rows.conductivity_columns, ConductivityColumns::flatten),
+        "bulks": table(BulkProperties::<f64>::FIELDS, &data.bulk_properties, BulkProperties::flatten),
+        "contacts_m2_k_w": data.contacts_m2_k_w,
+        "faces": table(Face::<f64>::FIELDS, &data.faces, Face::flatten),
+        "scalings": table(FaceColumns::<u32>::FIELDS, &rows.face_columns, FaceColumns::flatten),
+        "drives": table(BoundaryForcing::<f64>::FIELDS, &data.boundary_forcing, BoundaryForcing::flatten),
+        "sensors": table(Sensor::<f64>::FIELDS, &data.sensors, Sensor::flatten),
+        "places": table(SensorLocation::<u32>::FIELDS, &rows.sensor_locations, SensorLocation::flatten),
+        "beads": table(Bead::<f64>::FIELDS, &data.beads, Bead::flatten),
+        "parts": rows.conductivity_parts,
+        "levels": rows.pressure_levels,
+        "states": rows.max_states,
+        "has_gas": rows.gas.is_some(),
+        "has_holder": rows.has_holder,
+        "has_depths": rows.has_depth_factors,
         "table_nodes": TABLE_NODES,
         "table_step_k": TABLE_STEP_K,
-        "table_columns": 2 * plan.properties(),
-        "face_table": plan.face_table(),
+        "table_columns": 2 * rows.properties(),
+        "face_table": rows.face_table(),
         "face_columns": FACE_COLUMNS,
-        "tables": *rows.tables,
+        "tables": *data.tables,
     })
 }
 
 /// Interpolation stencil of each instant: records and weights.
 fn taps(plan: &Plan) -> Vec<Vec<(usize, f64)>> {
-    match &plan.readout() {
+    match plan.interpolation() {
         Some(readout) => readout.stencils().iter().map(|taps| taps.to_vec()).collect(),
-        None => (0..plan.records()).map(|record| vec![(record, 1.0)]).collect(),
+        None => (0..plan.rows().records).map(|record| vec![(record, 1.0)]).collect(),
     }
 }
 

@@ -184,7 +184,7 @@ mod tests {
         let (plan, sampling) = (Plan::new(&case), Sampling { kind: SamplingKind::Uniform, seed: 1 });
         let ensemble = Ensemble::sample(&case.factors, Bounds::Small, &sampling, 23);
         let marched = |march: &mut dyn March| {
-            let mut all = Traces::empty(0, plan.sensors, plan.instants_s.len());
+            let mut all = Traces::empty(0, plan.rows.sensors, plan.instants_s.len());
             march_all(march, &plan, &ensemble, &mut |batch| all.extend(&batch, 0..batch.members()))
                 .expect("the reserve does not fail");
             let tangents = march.tangents(&plan, &ensemble, &[0]).expect("the reserve does not fail");

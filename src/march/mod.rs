@@ -240,7 +240,7 @@ pub fn march_members(
 
 /// The rows of some members, each followed by its derivatives by `derivatives`.
 fn trace_rows(plan: &Plan, ensemble: &Ensemble, members: Range<usize>, derivatives: &[usize]) -> TraceRows {
-    let column = plan.face_columns[0].emissivity as usize;
+    let column = plan.rows.face_columns[0].emissivity as usize;
     let factor = |member| if column == 0 { 1.0 } else { ensemble.member(member)[column - 1] };
     let has_pyrometers = !plan.pyrometers.is_empty();
     TraceRows {
@@ -261,8 +261,9 @@ fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
         Some(readout) => {
             let read = |records_of: &[f64]| {
                 let instants = readout.instant_count();
-                let mut readings = vec![0.0; records_of.len() / plan.records * instants];
-                let traces = records_of.par_chunks_exact(plan.records).zip(readings.par_chunks_exact_mut(instants));
+                let mut readings = vec![0.0; records_of.len() / plan.rows.records * instants];
+                let traces =
+                    records_of.par_chunks_exact(plan.rows.records).zip(readings.par_chunks_exact_mut(instants));
                 traces
                     .with_min_len(TRACES_PER_TASK)
                     .for_each(|(records, readings)| readout.interpolate(records, readings));
@@ -296,10 +297,10 @@ fn separate_limits(readings: Traces, plan: &Plan) -> Traces {
     let (rows, instants) = (readings.sensors, readings.instants);
     let (mut temperatures_k, mut limited_k) = (Vec::new(), Vec::new());
     for member in readings.temperatures_k.chunks_exact((rows * instants).max(1)) {
-        temperatures_k.extend_from_slice(&member[..plan.sensors * instants]);
+        temperatures_k.extend_from_slice(&member[..plan.rows.sensors * instants]);
         limited_k.extend(plan.limit_rows.iter().flat_map(|row| &member[row * instants..][..instants]));
     }
-    Traces { sensors: plan.sensors, temperatures_k, limited_k, ..readings }
+    Traces { sensors: plan.rows.sensors, temperatures_k, limited_k, ..readings }
 }
 
 /// Status of a member, from the step on which it diverged, if any, and the temperature range of each ply.

@@ -3,7 +3,7 @@
 use super::Real;
 use super::member::Member;
 use super::mixture::degree_of_conversion;
-use crate::plan::GasFlowModel;
+use crate::layout::GasTransport;
 
 /// Quantities of a cell.
 pub const CELL_QUANTITIES: usize = 3;
@@ -16,7 +16,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let ratio = self.current_mass_ratio(ply, cell);
         let scale = self.scales.plies[ply];
         let pressure =
-            if self.plan.gas == Some(GasFlowModel::Darcy) { self.darcy.pressures[cell].high } else { R::from_f64(0.0) };
+            if self.plan.gas == Some(GasTransport::Darcy) { self.darcy.pressures[cell].high } else { R::from_f64(0.0) };
         [scale.mass_kg_m3 / scale.thickness * ratio, degree_of_conversion(ratio, scale), pressure]
     }
 }

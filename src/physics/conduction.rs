@@ -13,8 +13,8 @@ use super::mixture::{conductivity_divisor, mixture_sums, state_change};
 use super::state::{CellProperties, Mixture};
 use super::surface_flux::{SurfaceFlux, surface_flux};
 use super::table::{column_offset, integral, interpolate, row_segment, table_index, table_segment};
-use crate::plan::GasFlowModel;
-use crate::plan::layout::{BoundaryForcing, Cell, FACE_COLUMNS, GAS_COLUMNS};
+use crate::layout::GasTransport;
+use crate::layout::{BoundaryForcing, Cell, FACE_COLUMNS, GAS_COLUMNS};
 use std::ops::Range;
 
 /// A cell at a stage, as its two interior faces see it.
@@ -87,7 +87,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             } else {
                 self.single_substance_properties(p, stage);
             }
-            if GAS && self.plan.gas == Some(GasFlowModel::Darcy) {
+            if GAS && self.plan.gas == Some(GasTransport::Darcy) {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
                     let gas = self.gas_capacity(i);
                     let own = &mut self.thermal.properties[i];

@@ -24,8 +24,8 @@ use super::member::Member;
 use super::mixture::thickness_ratio_of;
 use super::table::{interpolate, table_index};
 use super::tridiagonal::{factorise, substitute};
-use crate::plan::GasFlowModel;
-use crate::plan::layout::MAX_STATES;
+use crate::layout::GasTransport;
+use crate::layout::MAX_STATES;
 
 /// γ of the pressure stages: the larger root of 2γ² − 4γ + 1 = 0, L-stable as the smaller root of the temperatures,
 /// with a larger error constant. Its first stage keeps the sign of a damped mode, (γ − 1)/γ, where the smaller root
@@ -40,7 +40,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Evaluates the mass fluxes under every cell and out of the hot face at a stage, kg/m²/s.
     #[inline(always)]
     pub(super) fn update_gas_flow(&mut self, step: usize, stage: usize) {
-        if self.plan.gas == Some(GasFlowModel::Darcy) {
+        if self.plan.gas == Some(GasTransport::Darcy) {
             if stage == 0 {
                 self.update_pores(step);
             } else {
@@ -48,7 +48,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             return;
         }
-        let carries = R::constant_from_f64(if self.plan.gas == Some(GasFlowModel::QuasiSteady) { 1.0 } else { 0.0 });
+        let carries = R::constant_from_f64(if self.plan.gas == Some(GasTransport::QuasiSteady) { 1.0 } else { 0.0 });
         let mut upward_flux = R::from_f64(0.0);
         for from_back in 0..self.scales.plies.len() {
             let p = self.scales.plies.len() - 1 - from_back;

@@ -7,7 +7,7 @@
 use super::Real;
 use super::compensated::opaque;
 use super::exponential::{decay, exponential, logarithm, power};
-use crate::plan::layout::Reaction;
+use crate::layout::Reaction;
 
 /// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `pre_exponential` scales A;
 /// `gradient_cosine` is E/RT.

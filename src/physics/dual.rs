@@ -7,7 +7,7 @@
 pub mod directions;
 
 use super::Real;
-use crate::plan::layout::COLUMNS_PER_LOAD;
+use crate::layout::COLUMNS_PER_LOAD;
 use directions::Directions;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -8,7 +8,7 @@ use super::Real;
 use super::compensated::{add_compensated, opaque};
 use super::member::Member;
 use super::table::{TableSegment, interpolate, table_index};
-use crate::plan::GasFlowModel;
+use crate::layout::GasTransport;
 
 /// Advected heat gained by each of two neighbouring cells, W/m²: half the upward mass flux times the enthalpy
 /// difference.
@@ -36,7 +36,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// the stage.
     #[inline(always)]
     pub(super) fn reads_gas_tables(&self, stage: usize) -> bool {
-        GAS && (stage == 0 || self.plan.gas == Some(GasFlowModel::Darcy))
+        GAS && (stage == 0 || self.plan.gas == Some(GasTransport::Darcy))
     }
     /// Gas enthalpy of a cell at a stage, J/kg. `NodeColumns` does the same on slices.
     #[inline(always)]
@@ -65,7 +65,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn gas_heat_gain(&mut self, p: usize, cell: usize) -> R {
         let zero = R::from_f64(0.0);
-        if !GAS || self.plan.gas != Some(GasFlowModel::Darcy) {
+        if !GAS || self.plan.gas != Some(GasTransport::Darcy) {
             return zero;
         }
         let now_kg_m2 = self.darcy.pores[cell].storage * self.darcy.pressures[cell].high;
@@ -100,7 +100,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let last = self.thermal.temperatures.len() - 1;
         let mut drawn = [-self.reactions.released_heat_ends[0], -self.reactions.released_heat_ends[1]];
         let mut out = R::from_f64(0.0);
-        if self.plan.gas == Some(GasFlowModel::Instantaneous) {
+        if self.plan.gas == Some(GasTransport::Instantaneous) {
             for i in 0..=last {
                 let leaves = self.gas_source_at(i, stage) * self.stage_gas_enthalpy(i, stage);
                 out = out + leaves;
@@ -149,7 +149,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn outflow_heat_slope(&self, face: usize, cell: usize) -> R {
         let zero = R::from_f64(0.0);
-        if self.plan.gas == Some(GasFlowModel::Instantaneous) {
+        if self.plan.gas == Some(GasTransport::Instantaneous) {
             return zero;
         }
         let leaving = if face == 0 { self.gas.hot_outflow[0] } else { self.gas.back_outflow };

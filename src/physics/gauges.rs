@@ -4,8 +4,8 @@ use super::Real;
 use super::exponential::logarithm;
 use super::member::Member;
 use super::mixture::degree_of_conversion;
-use crate::plan::GasFlowModel;
-use crate::plan::layout::GAUGES;
+use crate::layout::GAUGES;
+use crate::layout::GasTransport;
 
 /// Degree of conversion at the virgin front and at the char front, and its log-odds ln(c/(1 − c)).
 pub(super) const VIRGIN_CONVERSION: f64 = 0.02;
@@ -66,7 +66,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let char_m = front_depth_m(char, R::from_f64(CHAR_LOG_ODDS));
         let mut peak = outside;
         let mut back = outside;
-        if self.plan.gas == Some(GasFlowModel::Darcy) {
+        if self.plan.gas == Some(GasTransport::Darcy) {
             for i in 0..=last {
                 peak = peak.max(self.darcy.pressures[i].high);
             }

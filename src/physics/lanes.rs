@@ -7,9 +7,9 @@ mod simd_tables;
 
 use super::Real;
 use super::double_word::{Omitted, Stored};
-use crate::plan::layout::COLUMNS_PER_LOAD;
-pub use simd_tables::SimdTables;
-use simd_tables::{MAX_LANES, RowOffsets, TableRow, TableRows, load, store};
+use crate::layout::COLUMNS_PER_LOAD;
+pub use simd_tables::{MAX_LANES, SimdTables};
+use simd_tables::{RowOffsets, TableRow, TableRows, load, store};
 use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

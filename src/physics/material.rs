@@ -3,7 +3,7 @@
 use super::Real;
 use super::compensated::opaque;
 use super::table::{TableIndex, TableSegment, interpolate};
-use crate::plan::layout::{BulkProperties, ConductivityColumns, Ply, StateProperties, TABLE_NODES};
+use crate::layout::{BulkProperties, ConductivityColumns, Ply, StateProperties, TABLE_NODES};
 
 /// Factors of one member on a ply. A thickness factor f stretches the ply; on the unstretched grid that is conductivity
 /// over f and heat capacity times f.

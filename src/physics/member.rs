@@ -6,13 +6,13 @@ use super::double_word::DoubleWord;
 use super::material::{ply_scale, state_scale};
 use super::state::{DarcyState, GasState, ReactionState, RunningSums, Scales, SensorState, Thermal};
 use super::surface_flux::face_scale;
-use crate::plan::layout::{HEAT_TOTALS, Ply};
-use crate::plan::{Plan, layout::PlanData};
+use crate::layout::{HEAT_TOTALS, Ply};
+use crate::layout::{PlanData, PlanRows};
 
 /// One member, or several in SIMD lanes. `GAS` is a constant: marches without gas are compiled apart, with enough
 /// registers.
 pub struct Member<'a, R: Real, const GAS: bool> {
-    pub(super) plan: &'a Plan,
+    pub(super) plan: &'a PlanRows,
     pub(super) rows: &'a PlanData<R::Scalar>,
     pub(super) scales: Scales<R>,
     pub(super) thermal: Thermal<R>,
@@ -25,12 +25,11 @@ pub struct Member<'a, R: Real, const GAS: bool> {
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Size of the columns of a cell without those of gas and reactions, for the bench of the march.
-    #[cfg(feature = "internals")]
     pub const BYTES_PER_CELL: usize = Thermal::<R>::BYTES_PER_CELL;
 
     /// Evaluates all scales from a member's factors.
     #[inline(always)]
-    fn scale(plan: &Plan, rows: &PlanData<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Scales<R> {
+    fn scale(plan: &PlanRows, rows: &PlanData<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Scales<R> {
         let char = |ply: &Ply<u32>| rows.state_properties[(ply.first_state + ply.states) as usize - 1];
         let plies: Vec<_> = plan
             .plies
@@ -65,7 +64,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
 
     /// Members at the start, from their columns: column 0 is one, the others their factors.
     #[inline(always)]
-    pub fn start(plan: &'a Plan, rows: &'a PlanData<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Self {
+    pub fn start(plan: &'a PlanRows, rows: &'a PlanData<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Self {
         let cells = if GAS { plan.cells() } else { 0 };
         Self {
             plan,
@@ -127,7 +126,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         self.sums.stored_j_m2.lane(lane)
     }
 
-    /// Gas balance of one lane: see [`Balance::with_gas`](crate::traces::Balance::with_gas).
+    /// Gas balance of one lane: gas in and out through both faces (kg/m²), its net enthalpy and the heat of reaction
+    /// beyond enthalpies (J/m²), solid lost and gas stored (kg/m²).
     pub fn gas_balance(&self, lane: usize) -> [f64; 6] {
         let [lost_kg_m2, stored_kg_m2] = self.sums.lost_and_stored.map(|sum| sum.lane(lane));
         let [in_kg_m2, out_kg_m2, heat_j_m2, gain_j_m2] =
@@ -143,7 +143,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
 
     /// The plan that they march.
     #[inline(always)]
-    pub fn plan(&self) -> &'a Plan {
+    pub fn plan(&self) -> &'a PlanRows {
         self.plan
     }
 

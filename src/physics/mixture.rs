@@ -8,8 +8,8 @@ use super::material::{
 };
 use super::member::Member;
 use super::table::{TableIndex, TableSegment, column_offset, integral, interpolate, table_index, table_segment};
-use crate::plan::GasFlowModel;
-use crate::plan::layout::{AIR_PROPERTIES, BulkProperties, FACE_COLUMNS, MAX_STATES, ReactionPath};
+use crate::layout::GasTransport;
+use crate::layout::{AIR_PROPERTIES, BulkProperties, FACE_COLUMNS, MAX_STATES, ReactionPath};
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Factors of the member on a state of a ply.
@@ -223,7 +223,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             return PressureIndex { level_below: R::constant_from_f64(0.0), fraction: zero };
         }
         let mut pressure_pa = R::splat(self.rows.boundary_forcing[4 * step + stage].pressure_pa);
-        if self.plan.gas == Some(GasFlowModel::Darcy) {
+        if self.plan.gas == Some(GasTransport::Darcy) {
             pressure_pa = self.darcy.pressures[i].high;
         }
         let last = self.plan.pressure_levels - 2;

@@ -8,7 +8,7 @@ use super::double_word::DoubleWord;
 use super::member::Member;
 use super::mixture::transfer_volume;
 use super::state::CellSources;
-use crate::plan::layout::{MAX_STATES, ReactionPath};
+use crate::layout::{MAX_STATES, ReactionPath};
 use std::ops::Range;
 
 /// Share of a cell's heat capacity at which the stiffness damping of its reaction heat is halved.

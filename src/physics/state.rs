@@ -5,8 +5,8 @@ use super::double_word::DoubleWord;
 use super::gas::PoreState;
 use super::material::{ConductivityParts, PlyScale, StateScale};
 use super::surface_flux::FaceScale;
-use crate::plan::layout::{BoundaryForcing, HEAT_TOTALS};
-use crate::plan::{GasFlowModel, Plan, layout::PlanData};
+use crate::layout::{BoundaryForcing, HEAT_TOTALS};
+use crate::layout::{GasTransport, PlanData, PlanRows};
 
 /// Factors of the member on plies, contacts, faces and sensors; constant over a march.
 pub(super) struct Scales<R: Real> {
@@ -89,7 +89,6 @@ pub(super) struct Thermal<R: Real> {
     pub(super) first_increments: Vec<R>,
 }
 
-#[cfg(feature = "internals")]
 impl<R: Real> Thermal<R> {
     /// Size of the columns of a cell.
     pub(super) const BYTES_PER_CELL: usize = size_of::<DoubleWord<R>>()
@@ -254,7 +253,7 @@ impl<R: Real> SensorState<R> {
 impl<R: Real> ReactionState<R> {
     /// For this many cells with gas.
     #[inline(always)]
-    pub(super) fn start(plan: &Plan, cells: usize) -> Self {
+    pub(super) fn start(plan: &PlanRows, cells: usize) -> Self {
         let zero = R::from_f64(0.0);
         let is_virgin = |place: usize| R::from_f64(f64::from(u8::from(place.is_multiple_of(plan.max_states))));
         Self {
@@ -306,9 +305,9 @@ impl<R: Real> GasState<R> {
 impl<R: Real> DarcyState<R> {
     /// At the pressure outside; empty without Darcy flow.
     #[inline(always)]
-    pub(super) fn start(plan: &Plan, outside: &BoundaryForcing<R::Scalar>) -> Self {
+    pub(super) fn start(plan: &PlanRows, outside: &BoundaryForcing<R::Scalar>) -> Self {
         let zero = R::from_f64(0.0);
-        let cells = if plan.gas == Some(GasFlowModel::Darcy) { plan.cells() } else { 0 };
+        let cells = if plan.gas == Some(GasTransport::Darcy) { plan.cells() } else { 0 };
         let sealed = PoreState { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
         Self {
             pressures: vec![DoubleWord::single(R::splat(outside.pressure_pa)); cells],

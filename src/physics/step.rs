@@ -20,7 +20,7 @@ use super::Real;
 use super::compensated::add_compensated;
 use super::member::Member;
 use super::tridiagonal::{back_substitute, flush_tiny};
-use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
+use crate::layout::{TABLE_NODES, TABLE_STEP_K};
 
 /// Allows rounding errors below absolute zero.
 pub(super) const DIVERGENCE_MARGIN_K: f32 = 1.0;

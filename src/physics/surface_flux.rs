@@ -8,7 +8,7 @@
 use super::Real;
 use super::decomposition::mean_decay;
 use super::exponential::exponential;
-use crate::plan::layout::{BoundaryForcing, FaceColumns};
+use crate::layout::{BoundaryForcing, FaceColumns};
 
 /// Stefan–Boltzmann constant, W/m²/K⁴ (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
@@ -90,8 +90,8 @@ pub fn surface_flux<R: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::dual::Dual;
-    use crate::physics::lanes::F64Lanes;
+    use crate::dual::Dual;
+    use crate::lanes::F64Lanes;
     use simdeez::engines::scalar::Scalar;
 
     /// A value and its tangent in one direction.

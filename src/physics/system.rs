@@ -12,7 +12,7 @@ use super::pyrolysis::{DAMPING_SHARE, stiffness_damping};
 use super::state::{BoundaryRow, CellProperties, EliminatedRow};
 use super::surface_flux::SurfaceFlux;
 use super::tridiagonal::{eliminate_row, flush_tiny, forward_eliminate};
-use crate::plan::GasFlowModel;
+use crate::layout::GasTransport;
 use std::ops::Range;
 
 /// Matrix row of a cell before elimination.
@@ -145,7 +145,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if let Some(face) = at.face {
             flux = flux + self.thermal.boundary_rows[face].flux;
         }
-        if GAS && self.plan.gas == Some(GasFlowModel::Darcy) {
+        if GAS && self.plan.gas == Some(GasTransport::Darcy) {
             flux = flux + self.pressure_work(at.ply, at.cell, stage);
         }
         if self.plan.has_holder {

@@ -1,7 +1,7 @@
 //! Linear interpolation on the uniform temperature grid of a plan's tables, without a search.
 
 use super::Real;
-use crate::plan::layout::{COLUMNS_PER_LOAD, TABLE_NODES, TABLE_STEP_K};
+use crate::layout::{COLUMNS_PER_LOAD, TABLE_NODES, TABLE_STEP_K};
 
 /// Position of a temperature in every table: the row below, an integer, and the fraction towards the next row.
 #[derive(Clone, Copy)]

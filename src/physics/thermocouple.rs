@@ -3,7 +3,7 @@
 use super::Real;
 use super::compensated::{add_compensated, add_unnormalized, difference};
 use super::double_word::DoubleWord;
-use crate::plan::layout::{Bead, Sensor};
+use crate::layout::{Bead, Sensor};
 
 /// Smallest bend of a parabola between two nodes, K/m: below it temperatures are equal to rounding.
 pub(super) const BEND_MIN_K_M: f64 = 1e-6;

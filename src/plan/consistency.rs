@@ -2,7 +2,7 @@
 //! would be a wrong number and not an error.
 
 use super::Plan;
-use super::layout::{COLUMNS_PER_LOAD, FACE_COLUMNS, MAX_STATES, NO_INSTANT, TABLE_NODES};
+use crate::physics::layout::{COLUMNS_PER_LOAD, FACE_COLUMNS, MAX_STATES, NO_INSTANT, TABLE_NODES};
 
 /// Rows of a plan that do not fit together.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -46,55 +46,63 @@ impl Plan {
     }
 
     fn check_counts(&self) -> Result<(), InconsistentPlan> {
-        let (rows, plies, steps) = (&self.data, self.plies.len(), self.steps());
-        let paths = self.reaction_paths.len();
+        let (rows, plies, steps) = (&self.rows.data, self.rows.plies.len(), self.steps());
+        let paths = self.rows.reaction_paths.len();
         at_most("the least number of steps", 1, steps)?;
         at_most("the least number of plies", 1, plies)?;
         count("ends of steps", self.times_s.len(), steps + 1)?;
-        count("records by step", self.record_at_step.len(), steps + 1)?;
-        below("a record", self.record_at_step.iter().copied().filter(|&record| record != NO_INSTANT), self.records)?;
+        count("records by step", self.rows.record_at_step.len(), steps + 1)?;
+        below(
+            "a record",
+            self.rows.record_at_step.iter().copied().filter(|&record| record != NO_INSTANT),
+            self.rows.records,
+        )?;
         count("rows of the faces' forcing", rows.boundary_forcing.len(), 4 * (steps + 1))?;
         count("constants of plies", rows.bulk_properties.len(), plies)?;
         count("contacts", rows.contacts_m2_k_w.len(), plies - 1)?;
         count("ranges of temperature", self.table_limits_k.len(), plies)?;
-        count("states", rows.state_properties.len(), self.conductivity_columns.len())?;
+        count("states", rows.state_properties.len(), self.rows.conductivity_columns.len())?;
         count("reactions", rows.reactions.len(), paths)?;
-        at_most("states of a ply", self.max_states, MAX_STATES)?;
-        count("sensors", rows.sensors.len(), self.sensor_locations.len())?;
-        count("weights of sensors by step", rows.beads.len(), steps * self.sensor_locations.len())
+        at_most("states of a ply", self.rows.max_states, MAX_STATES)?;
+        count("sensors", rows.sensors.len(), self.rows.sensor_locations.len())?;
+        count("weights of sensors by step", rows.beads.len(), steps * self.rows.sensor_locations.len())
     }
 
     fn check_plies(&self) -> Result<(), InconsistentPlan> {
-        let tables = &self.data.tables;
+        let tables = &self.rows.data.tables;
         at_most("the faces' table", TABLE_NODES * FACE_COLUMNS, tables.len())?;
         let (mut cell, mut state, mut reaction) = (0, 0, 0);
-        for ply in &self.plies {
+        for ply in &self.rows.plies {
             count("the first cell of a ply", ply.first_cell as usize, cell)?;
             at_most("the first cell of a ply", cell + 1, ply.end_cell as usize)?;
             cell = ply.end_cell as usize;
             count("the first state of a ply", ply.first_state as usize, state)?;
-            at_most("states of a ply", ply.states as usize, self.max_states)?;
+            at_most("states of a ply", ply.states as usize, self.rows.max_states)?;
             at_most("states of a ply with tables of their own", ply.rows as usize, ply.states as usize)?;
             count("the first reaction of a ply", ply.first_reaction as usize, reaction)?;
             at_most("the first reaction of a ply", reaction, ply.end_reaction as usize)?;
-            at_most("the last reaction of a ply", ply.end_reaction as usize, self.reaction_paths.len())?;
-            let paths = &self.reaction_paths[reaction..ply.end_reaction as usize];
-            below("a state of a reaction", paths.iter().flat_map(|path| [path.source, path.product]), self.max_states)?;
+            at_most("the last reaction of a ply", ply.end_reaction as usize, self.rows.reaction_paths.len())?;
+            let paths = &self.rows.reaction_paths[reaction..ply.end_reaction as usize];
+            below(
+                "a state of a reaction",
+                paths.iter().flat_map(|path| [path.source, path.product]),
+                self.rows.max_states,
+            )?;
             (state, reaction) = (state + ply.states as usize, ply.end_reaction as usize);
             let columns = ply.columns as usize;
             count("columns of a ply beyond whole groups", columns % COLUMNS_PER_LOAD, 0)?;
-            at_most("columns of the states of a ply", ply.rows as usize * self.properties(), columns)?;
-            let end = ply.table as usize + self.pressure_levels * TABLE_NODES * columns;
-            at_most("the end of a ply's tables", end, self.face_table())?;
+            at_most("columns of the states of a ply", ply.rows as usize * self.rows.properties(), columns)?;
+            let end = ply.table as usize + self.rows.pressure_levels * TABLE_NODES * columns;
+            at_most("the end of a ply's tables", end, self.rows.face_table())?;
         }
         count("cells", self.cells(), cell)?;
-        count("states", self.data.state_properties.len(), state)?;
-        count("reactions", self.data.reactions.len(), reaction)
+        count("states", self.rows.data.state_properties.len(), state)?;
+        count("reactions", self.rows.data.reactions.len(), reaction)
     }
 
     fn check_factor_columns(&self) -> Result<(), InconsistentPlan> {
-        let columns = self.factors + 1;
-        let plies = self.plies.iter().flat_map(|ply| {
+        let columns = self.rows.factors + 1;
+        let plies = self.rows.plies.iter().flat_map(|ply| {
             [
                 ply.heat_capacity,
                 ply.density,
@@ -110,30 +118,31 @@ impl Plan {
         });
         below("a factor of a ply", plies, columns)?;
         let conductivities = self
+            .rows
             .conductivity_columns
             .iter()
             .flat_map(|row| [row.whole, row.solid, row.gas, row.radiative, row.extinction]);
         below("a factor of a conductivity", conductivities, columns)?;
-        let faces = self.face_columns.iter().flat_map(|row| [row.heating, row.film, row.exchange, row.emissivity]);
+        let faces = self.rows.face_columns.iter().flat_map(|row| [row.heating, row.film, row.exchange, row.emissivity]);
         below("a factor of a face", faces, columns)?;
-        below("a factor of a depth", self.sensor_locations.iter().map(|place| place.depth), columns)
+        below("a factor of a depth", self.rows.sensor_locations.iter().map(|place| place.depth), columns)
     }
 
     fn check_sensors(&self) -> Result<(), InconsistentPlan> {
-        let (cells, plies) = (self.cells(), self.plies.len());
-        below("the cell of a sensor", self.sensor_locations.iter().map(|place| place.cell), cells)?;
+        let (cells, plies) = (self.cells(), self.rows.plies.len());
+        below("the cell of a sensor", self.rows.sensor_locations.iter().map(|place| place.cell), cells)?;
         below(
             "the ply of a sensor",
-            self.sensor_locations.iter().flat_map(|row| [row.ply_above, row.ply_below]),
+            self.rows.sensor_locations.iter().flat_map(|row| [row.ply_above, row.ply_below]),
             plies,
         )?;
-        for (row, place) in self.sensor_locations.iter().enumerate() {
+        for (row, place) in self.rows.sensor_locations.iter().enumerate() {
             at_most("the last node of a limit", place.end_node as usize, cells)?;
             at_most("the first node of a limit", place.first_node as usize, place.end_node as usize)?;
-            at_most("the last face of a limit", row + place.faces as usize + 1, self.sensor_locations.len())?;
+            at_most("the last face of a limit", row + place.faces as usize + 1, self.rows.sensor_locations.len())?;
         }
-        below("the row of a limit", self.limit_rows.iter().map(|&row| row as u32), self.sensor_locations.len())?;
-        for place in self.sensor_locations.iter().filter(|place| place.depth > 0) {
+        below("the row of a limit", self.limit_rows.iter().map(|&row| row as u32), self.rows.sensor_locations.len())?;
+        for place in self.rows.sensor_locations.iter().filter(|place| place.depth > 0) {
             at_most("nodes above a sensor", place.steps_above as usize, place.node_above as usize)?;
             below("a node below a sensor", [place.node_below + place.steps_below], cells)?;
         }
@@ -156,22 +165,26 @@ mod tests {
     }
 
     const SPOILED: &[(&str, Spoil)] = &[
-        ("tables cut short", |plan| plan.data.tables = plan.data.tables[8..].into()),
-        ("no tables", |plan| plan.data.tables = Arc::new([])),
-        ("a table that begins too late", |plan| plan.plies[0].table += plan.data.tables.len() as u32),
-        ("a cell too few", |plan| shorten(&mut plan.data.cells)),
-        ("a step too few", |plan| shorten(&mut plan.data.step_lengths_s)),
-        ("forcing cut short", |plan| shorten(&mut plan.data.boundary_forcing)),
-        ("weights of sensors cut short", |plan| shorten(&mut plan.data.beads)),
-        ("a record too many", |plan| plan.record_at_step[0] = plan.records as u32),
-        ("a contact too many", |plan| plan.data.contacts_m2_k_w.push(0.0)),
-        ("a state too few", |plan| shorten(&mut plan.data.state_properties)),
-        ("a reaction without states", |plan| shorten(&mut plan.reaction_paths)),
-        ("a factor that no member has", |plan| plan.plies[0].density = plan.factors as u32 + 1),
-        ("a factor of a face that no member has", |plan| plan.face_columns[1].film = u32::MAX),
-        ("a sensor behind the last cell", |plan| plan.sensor_locations[0].cell = plan.data.cells.len() as u32),
-        ("a sensor between other plies", |plan| plan.sensor_locations[0].ply_below = plan.plies.len() as u32),
-        ("a reaction into another ply's state", |plan| plan.reaction_paths[0].product = plan.max_states as u32),
+        ("tables cut short", |plan| plan.rows.data.tables = plan.rows.data.tables[8..].into()),
+        ("no tables", |plan| plan.rows.data.tables = Arc::new([])),
+        ("a table that begins too late", |plan| plan.rows.plies[0].table += plan.rows.data.tables.len() as u32),
+        ("a cell too few", |plan| shorten(&mut plan.rows.data.cells)),
+        ("a step too few", |plan| shorten(&mut plan.rows.data.step_lengths_s)),
+        ("forcing cut short", |plan| shorten(&mut plan.rows.data.boundary_forcing)),
+        ("weights of sensors cut short", |plan| shorten(&mut plan.rows.data.beads)),
+        ("a record too many", |plan| plan.rows.record_at_step[0] = plan.rows.records as u32),
+        ("a contact too many", |plan| plan.rows.data.contacts_m2_k_w.push(0.0)),
+        ("a state too few", |plan| shorten(&mut plan.rows.data.state_properties)),
+        ("a reaction without states", |plan| shorten(&mut plan.rows.reaction_paths)),
+        ("a factor that no member has", |plan| plan.rows.plies[0].density = plan.rows.factors as u32 + 1),
+        ("a factor of a face that no member has", |plan| plan.rows.face_columns[1].film = u32::MAX),
+        ("a sensor behind the last cell", |plan| {
+            plan.rows.sensor_locations[0].cell = plan.rows.data.cells.len() as u32;
+        }),
+        ("a sensor between other plies", |plan| plan.rows.sensor_locations[0].ply_below = plan.rows.plies.len() as u32),
+        ("a reaction into another ply's state", |plan| {
+            plan.rows.reaction_paths[0].product = plan.rows.max_states as u32;
+        }),
     ];
 
     fn plan(folder: &Path) -> Plan {

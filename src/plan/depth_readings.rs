@@ -1,9 +1,9 @@
 //! Readings of the temperature through the thickness, on the cells and steps of a plan.
 
 use super::grid::{locate_sensor, same_depth_m};
-use super::layout::{self, Bead, PlanData, SensorLocation};
 use super::{Plan, held_readings};
 use crate::case::{Case, Sensor, Side};
+use crate::physics::layout::{self, Bead, PlanData, PlanRows, SensorLocation};
 
 /// A depth of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,15 +46,15 @@ impl Plan {
     /// Depth of the node of every cell.
     pub fn node_depths(&self, case: &Case) -> Vec<ProfileDepth> {
         let faces_m = self.faces_m(case);
-        let nodes = self.data.cells.iter().zip(&faces_m).map(|(cell, top_m)| top_m + cell.above_m).enumerate();
-        let ply = |cell: usize| self.plies.partition_point(|ply| ply.end_cell as usize <= cell);
+        let nodes = self.rows.data.cells.iter().zip(&faces_m).map(|(cell, top_m)| top_m + cell.above_m).enumerate();
+        let ply = |cell: usize| self.rows.plies.partition_point(|ply| ply.end_cell as usize <= cell);
         nodes.map(|(cell, depth_m)| ProfileDepth { depth_m, ply: ply(cell) }).collect()
     }
 
     /// Depths of the faces of all cells, from the hot face to the back face, m.
     fn faces_m(&self, case: &Case) -> Vec<f64> {
         let mut faces_m = vec![case.layup.origin_m];
-        for cell in &self.data.cells {
+        for cell in &self.rows.data.cells {
             faces_m.push(faces_m[faces_m.len() - 1] + cell.width_m);
         }
         faces_m
@@ -69,9 +69,9 @@ impl Plan {
             |depths_m: &[f64], depth_m: f64| depths_m.iter().any(|other_m| (other_m - depth_m).abs() <= close_m);
         let (fine_faces_m, faces_m) = (self.faces_m(case), coarse.faces_m(case));
         let fine_nodes_m: Vec<f64> = self.node_depths(case).iter().map(|node| node.depth_m).collect();
-        let (nodes, last) = (coarse.node_depths(case), coarse.plies.len() - 1);
+        let (nodes, last) = (coarse.node_depths(case), coarse.rows.plies.len() - 1);
         let mut readings = Vec::new();
-        for (ply, row) in coarse.plies.iter().enumerate() {
+        for (ply, row) in coarse.rows.plies.iter().enumerate() {
             let (first, end) = (row.first_cell as usize, row.end_cell as usize);
             for face in first..=end {
                 let side = match (face == first && ply > 0, face == end && ply < last) {
@@ -96,11 +96,11 @@ impl Plan {
     /// The same cells and steps, read at the sensors of a case, each at a face or node.
     fn read_at(&self, case: &Case, places: &[ReadingPlace]) -> Self {
         let plies: Vec<(usize, usize)> =
-            self.plies.iter().map(|ply| (ply.first_cell as usize, ply.end_cell as usize)).collect();
+            self.rows.plies.iter().map(|ply| (ply.first_cell as usize, ply.end_cell as usize)).collect();
         let (faces_m, nodes) = (self.faces_m(case), self.node_depths(case));
         let ply_of = |cell: usize| plies.partition_point(|&(_, end)| end <= cell) as u32;
         let locate = |(sensor, place): (&Sensor, &ReadingPlace)| match place {
-            ReadingPlace::Face(_) => locate_sensor(&self.data.cells, &plies, &faces_m, sensor, case),
+            ReadingPlace::Face(_) => locate_sensor(&self.rows.data.cells, &plies, &faces_m, sensor, case),
             ReadingPlace::Node => {
                 let cell = nearest(&nodes, sensor.depth_m);
                 let location = SensorLocation {
@@ -126,15 +126,18 @@ impl Plan {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.read_at(case, places))),
             held_readings: held_readings(case, &sensor_locations, &self.forcing, &self.times_s, &self.instants_s),
             pyrometers: Vec::new(),
-            sensors: sensors.len(),
             limit_rows: Vec::new(),
-            has_depth_factors: false,
-            data: PlanData {
-                beads: vec![Bead { start: 0.0, end: 1.0 }; self.steps() * sensors.len()],
-                sensors,
-                ..self.data.clone()
+            rows: PlanRows {
+                sensors: sensors.len(),
+                has_depth_factors: false,
+                data: PlanData {
+                    beads: vec![Bead { start: 0.0, end: 1.0 }; self.steps() * sensors.len()],
+                    sensors,
+                    ..self.rows.data.clone()
+                },
+                sensor_locations,
+                ..self.rows.clone()
             },
-            sensor_locations,
             ..self.clone()
         }
     }

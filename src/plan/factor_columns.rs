@@ -1,7 +1,7 @@
 //! Factor columns: the column of the ensemble that scales a property; column 0 is one.
 
-use super::layout::ConductivityColumns;
 use crate::case::{Case, Ply, Property};
+use crate::physics::layout::ConductivityColumns;
 
 /// The column of the factor on a property of a ply (by its group or name, or of all plies); 0 where there is none.
 pub(super) fn factor_column(case: &Case, ply: &str, property: Property) -> u32 {

@@ -9,10 +9,10 @@
 
 mod transform;
 
-use super::layout::BoundaryForcing;
 use super::time_tolerance::time_tolerance_s;
 use crate::case::air::cold_wall_enthalpy_j_kg;
 use crate::case::{Case, Exposure, Face, OpenFace, Schedule};
+use crate::physics::layout::BoundaryForcing;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;

@@ -4,9 +4,9 @@
 //! half as wide, so that a surface temperature is an unknown like any other. Within a ply spacings widen smoothly away
 //! from the hot face: every reading is second order, and a grid of half the spacing lies on the same curve.
 
-use super::layout::{Cell, Sensor, SensorLocation};
 use super::limited_parts::LimitReading;
 use crate::case::{self, Case, Property, Side};
+use crate::physics::layout::{Cell, Sensor, SensorLocation};
 
 /// Cells from hot face to back face, the cell range of each ply, and the sensors.
 #[derive(Clone, Debug)]

@@ -16,12 +16,6 @@ mod internals;
 mod interpolation;
 #[cfg(feature = "internals")]
 pub mod interpolation;
-#[cfg(not(feature = "internals"))]
-#[expect(unreachable_pub, reason = "public with the feature `internals`")]
-pub(crate) mod layout;
-#[cfg(feature = "internals")]
-#[expect(missing_docs, reason = "not part of the public interface")]
-pub mod layout;
 mod limited_parts;
 mod ply_data;
 pub(crate) mod pyrometer_readings;
@@ -30,8 +24,10 @@ mod tables;
 mod time_grid;
 mod time_tolerance;
 
-pub use crate::case::GasFlowModel;
-use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
+use crate::case::{
+    Case, Conductivity, Emissivity, Face, GasFlowModel, Material, OpenFace, OutOfRange, Property, Table,
+};
+use crate::physics::layout::{self, FaceColumns, GasTransport, PlanData, PlanRows, SensorLocation};
 use crate::traces::Gauge;
 pub use consistency::InconsistentPlan;
 pub use depth_readings::ProfileDepth;
@@ -40,9 +36,6 @@ use forcing::Forcing;
 use grid::Grid;
 pub use grid::GridDensity;
 use interpolation::RecordInterpolation;
-use layout::{
-    ConductivityColumns, FACE_COLUMNS, FaceColumns, PlanData, Ply, ReactionPath, SensorLocation, TABLE_NODES,
-};
 use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_properties};
 use pyrometer_readings::{PyrometerReading, pyrometer_readings};
 use std::sync::Arc;
@@ -119,58 +112,20 @@ pub struct Plan {
     pub(crate) instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
     pub(crate) times_s: Vec<f64>,
-    /// Number of the record at each of `times_s`, or [`NO_INSTANT`](layout::NO_INSTANT).
-    pub(crate) record_at_step: Vec<u32>,
-    /// Records of every sensor in a march.
-    pub(crate) records: usize,
     /// Interpolation from records to instants; `None` where they coincide.
     pub(crate) interpolation: Option<RecordInterpolation>,
     /// Sensors on faces whose temperature is prescribed.
     pub(crate) held_readings: Vec<HeldReading>,
     /// Pyrometers that look at the hot face.
     pub(crate) pyrometers: Vec<PyrometerReading>,
-    pub(crate) plies: Vec<Ply<u32>>,
-    /// Ply × state.
-    pub(crate) conductivity_columns: Vec<ConductivityColumns<u32>>,
-    /// Factor columns of the hot face and of the back face.
-    pub(crate) face_columns: [FaceColumns<u32>; 2],
-    /// Location of each sensor, then the rows of the temperature limits.
-    pub(crate) sensor_locations: Vec<SensorLocation<u32>>,
-    /// Sensors of the case: the first of these rows.
-    pub(crate) sensors: usize,
     /// Row of each temperature limit of the case.
     pub(crate) limit_rows: Vec<usize>,
     /// Corners of the schedules, s; with temperature limits they are instants.
     pub(crate) corners_s: Vec<f64>,
-    /// Whether a factor scales the depth of a sensor; the march skips displaced readings otherwise.
-    pub(crate) has_depth_factors: bool,
-    /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
-    /// where a factor on density scales extinction. Three: solid, gas and radiative, where a factor scales a part.
-    pub(crate) conductivity_parts: usize,
-    /// Pressure levels in the tables: one where the pressure is constant.
-    pub(crate) pressure_levels: usize,
-    /// The pressure at the middle level, Pa.
-    pub(crate) middle_level_pa: f64,
-    /// Maximum number of states of a ply, and of reactions.
-    pub(crate) max_states: usize,
-    pub(crate) max_reactions: usize,
-    /// The states that each reaction consumes and produces.
-    pub(crate) reaction_paths: Vec<ReactionPath<u32>>,
-    /// Gas transport model; `None` without gas.
-    pub(crate) gas: Option<GasFlowModel>,
-    /// Whether gauges are recorded at every instant, in a case with gas: see [`Plan::without_gauges`].
-    pub(crate) has_gauges: bool,
-    /// Whether the back face is permeable to gas.
-    pub(crate) back_is_open: bool,
-    /// Faces that are not insulated, counted from the hot face: 2, or 1 where the march skips the back face.
-    pub(crate) exchanging_faces: usize,
-    /// Whether a holder takes heat sideways; the march skips it otherwise.
-    pub(crate) has_holder: bool,
-    /// Number of factors; an ensemble has one column more.
-    pub(crate) factors: usize,
     /// Range of temperatures in which each ply's tables that refuse extrapolation are valid, K.
     pub(crate) table_limits_k: Vec<(f64, f64)>,
-    pub(crate) data: PlanData<f64>,
+    /// All that a march reads.
+    pub(crate) rows: PlanRows,
     /// The schedules of the exposure, shared by plans of one case.
     forcing: Arc<Forcing>,
 }
@@ -221,10 +176,10 @@ impl Plan {
     /// The plan of the same case at another discretisation. Tables and schedules do not depend on it and are shared:
     /// building the tables takes about as long as marching a member, and an adaptation tries a hundred plans.
     pub fn rediscretised(&self, case: &Case, discretisation: Discretisation) -> Self {
-        let places = self.plies.iter().map(|ply| ply.table as usize).collect();
-        let tables = Tables { values: Arc::clone(&self.data.tables), offsets: places };
+        let places = self.rows.plies.iter().map(|ply| ply.table as usize).collect();
+        let tables = Tables { values: Arc::clone(&self.rows.data.tables), offsets: places };
         let plan = Self::with_shared_tables(case, discretisation, &tables, &self.forcing);
-        if self.has_gauges { plan } else { plan.without_gauges() }
+        if self.rows.has_gauges { plan } else { plan.without_gauges() }
     }
 
     fn with_shared_tables(
@@ -258,7 +213,7 @@ impl Plan {
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
         let duration_s = time_grid.times_s.last().map_or(0.0, |end_s| end_s - time_grid.times_s[0]);
-        let rows = PlanData {
+        let data = PlanData {
             bulk_properties: case.layup.plies.iter().map(|ply| bulk_properties(&ply.material, holder_w_m3_k)).collect(),
             state_properties: case.layup.plies.iter().flat_map(|ply| state_properties(&ply.material)).collect(),
             reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material, duration_s)).collect(),
@@ -271,22 +226,14 @@ impl Plan {
             beads: lag_weights(case, &time_grid, places.len()),
             cells: grid.cells,
         };
-        Self {
-            discretisation: discretisation.clone(),
-            coarse: None,
-            error_estimate: None,
+        let rows = PlanRows {
             record_at_step: instants,
             records,
-            interpolation: time_grid.interpolation,
-            held_readings: held_readings(case, &places, forcing, &time_grid.times_s, &time_grid.instants_s),
-            pyrometers: pyrometer_readings(case, &time_grid.instants_s),
             plies: ply_rows(case, &grid.plies, &tables.offsets, parts),
             conductivity_columns: conductions,
             face_columns: face_columns(case),
             has_depth_factors: places.iter().any(|place| place.depth > 0),
             sensors: case.sensors.len(),
-            limit_rows: limited_parts::limit_rows(case),
-            corners_s: time_grid.corners_s,
             sensor_locations: places,
             conductivity_parts: parts,
             pressure_levels: levels,
@@ -294,7 +241,7 @@ impl Plan {
             max_states: states,
             max_reactions: case.layup.plies.iter().map(|ply| reaction_paths(&ply.material).len()).max().unwrap_or(0),
             reaction_paths: case.layup.plies.iter().flat_map(|ply| reaction_paths(&ply.material)).collect(),
-            gas: case.gas.as_ref().map(|flow| flow.model),
+            gas: case.gas.as_ref().map(|flow| gas_transport(flow.model)),
             has_gauges: case.gas.is_some(),
             back_is_open: case.exposure.back_pressure_pa.is_some(),
             exchanging_faces: match &case.exposure.back_face {
@@ -303,11 +250,23 @@ impl Plan {
             },
             has_holder: case.exposure.holder.is_some(),
             factors: case.factors.len(),
+            data,
+        };
+        let (times_s, instants_s) = (time_grid.times_s, time_grid.instants_s);
+        Self {
+            discretisation: discretisation.clone(),
+            coarse: None,
+            error_estimate: None,
+            interpolation: time_grid.interpolation,
+            held_readings: held_readings(case, &rows.sensor_locations, forcing, &times_s, &instants_s),
+            pyrometers: pyrometer_readings(case, &instants_s),
+            limit_rows: limited_parts::limit_rows(case),
+            corners_s: time_grid.corners_s,
             table_limits_k: case.layup.plies.iter().map(|ply| table_limits(&ply.material)).collect(),
-            data: rows,
+            rows,
             forcing: Arc::clone(forcing),
-            instants_s: time_grid.instants_s,
-            times_s: time_grid.times_s,
+            instants_s,
+            times_s,
         }
     }
 
@@ -338,37 +297,17 @@ impl Plan {
 
     /// Steps of a march.
     pub fn steps(&self) -> usize {
-        self.data.step_lengths_s.len()
+        self.rows.steps()
     }
 
     /// Cells through the thickness.
     pub fn cells(&self) -> usize {
-        self.data.cells.len()
+        self.rows.cells()
     }
 
     /// Readings of a march: sensors, or depths of a plan with depth readings.
     pub fn sensors(&self) -> usize {
-        self.sensor_locations.len()
-    }
-
-    /// Gas transport model; `None` without gas.
-    pub fn gas_flow_model(&self) -> Option<GasFlowModel> {
-        self.gas
-    }
-
-    /// Properties of a state in a table row.
-    pub fn properties(&self) -> usize {
-        tables::properties_per_state(self.conductivity_parts)
-    }
-
-    /// Offset of the table of the faces.
-    pub fn face_table(&self) -> usize {
-        self.data.tables.len() - TABLE_NODES * FACE_COLUMNS
-    }
-
-    /// Whether there are rows of temperature limits.
-    pub(crate) fn has_limit_rows(&self) -> bool {
-        self.sensor_locations.len() > self.sensors
+        self.rows.sensor_locations.len()
     }
 
     /// Whether an instant is a corner of a schedule.
@@ -380,7 +319,7 @@ impl Plan {
 
     /// Number of gauges recorded at every instant: all, or none.
     pub fn gauges(&self) -> usize {
-        if self.has_gauges { layout::GAUGES } else { 0 }
+        self.rows.gauges()
     }
 
     /// The same plan without gauges: locating the fronts in every cell at every instant took 7 % of a march
@@ -388,7 +327,7 @@ impl Plan {
     #[must_use]
     pub fn without_gauges(self) -> Self {
         let coarse = self.coarse.map(|coarse| Box::new(coarse.without_gauges()));
-        Self { has_gauges: false, coarse, ..self }
+        Self { coarse, rows: PlanRows { has_gauges: false, ..self.rows }, ..self }
     }
 }
 
@@ -441,6 +380,14 @@ fn face_columns(case: &Case) -> [FaceColumns<u32>; 2] {
             emissivity: emissivity(&exposure.back_face, case.layup.plies.last()),
         },
     ]
+}
+
+fn gas_transport(model: GasFlowModel) -> GasTransport {
+    match model {
+        GasFlowModel::Instantaneous => GasTransport::Instantaneous,
+        GasFlowModel::QuasiSteady => GasTransport::QuasiSteady,
+        GasFlowModel::Darcy => GasTransport::Darcy,
+    }
 }
 
 fn face(face: &Face) -> layout::Face<f64> {

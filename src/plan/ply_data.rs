@@ -1,10 +1,10 @@
 //! Ply rows: properties of the states, reactions and factor columns.
 
 use super::factor_columns::factor_column;
-use super::layout::{BulkProperties, Ply, Reaction, ReactionPath, StateProperties};
 use super::tables::{column_count, conductivity_parts_of, enthalpy_j_kg, state_count, tabulated_states};
 use crate::case::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, MixtureRule, Pores, Property, PyrolysisHeat, ReactionScheme, Table};
+use crate::physics::layout::{BulkProperties, Ply, Reaction, ReactionPath, StateProperties};
 
 /// The ply rows, given the cell range and the table offset of each ply.
 pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)], tables: &[usize], parts: usize) -> Vec<Ply<u32>> {

@@ -98,7 +98,7 @@ impl Plan {
             return;
         }
         let instants = self.instants_s.len();
-        let row_length = self.sensor_locations.len() * instants;
+        let row_length = self.rows.sensor_locations.len() * instants;
         let of_members = temperatures_k.chunks_exact_mut(traces.rows_per_member * row_length);
         for (rows, &factor) in of_members.zip(&traces.emissivity_factors) {
             for pyrometer in &self.pyrometers {

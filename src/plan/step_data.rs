@@ -1,11 +1,11 @@
 //! Step-dependent data of a plan: truncation in time, and another exposure.
 
 use super::forcing::{Forcing, final_rows};
-use super::layout::{Bead, NO_INSTANT};
 use super::time_grid::TimeGrid;
 use super::time_tolerance::time_tolerance_s;
-use super::{HeldReading, Plan, PlanData};
+use super::{HeldReading, Plan};
 use crate::case::{Case, Exposure};
+use crate::physics::layout::{Bead, NO_INSTANT, PlanData, PlanRows};
 use std::sync::Arc;
 
 impl Plan {
@@ -20,24 +20,27 @@ impl Plan {
         // must not use it.
         let last = interpolation
             .as_ref()
-            .map_or(instant, |interpolation| (interpolation.last_record() + 1).min(self.records - 1));
-        let steps = self.record_at_step.iter().position(|&at| at == last as u32).expect("an instant of the plan");
-        let mut forcing = self.data.boundary_forcing[..4 * steps].to_vec();
+            .map_or(instant, |interpolation| (interpolation.last_record() + 1).min(self.rows.records - 1));
+        let steps = self.rows.record_at_step.iter().position(|&at| at == last as u32).expect("an instant of the plan");
+        let mut forcing = self.rows.data.boundary_forcing[..4 * steps].to_vec();
         forcing.extend(final_rows(&forcing));
         Self {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.truncated_at(instant))),
             instants_s: self.instants_s[..=instant].to_vec(),
             times_s: self.times_s[..=steps].to_vec(),
-            record_at_step: self.record_at_step[..=steps].to_vec(),
-            records: last + 1,
             interpolation,
             held_readings: self.held_readings.iter().map(|reading| reading.truncated_at(instant)).collect(),
             pyrometers: self.pyrometers.iter().map(|reading| reading.truncated_at(instant)).collect(),
-            data: PlanData {
-                step_lengths_s: self.data.step_lengths_s[..steps].to_vec(),
-                beads: self.data.beads[..steps * self.sensor_locations.len()].to_vec(),
-                boundary_forcing: forcing,
-                ..self.data.clone()
+            rows: PlanRows {
+                record_at_step: self.rows.record_at_step[..=steps].to_vec(),
+                records: last + 1,
+                data: PlanData {
+                    step_lengths_s: self.rows.data.step_lengths_s[..steps].to_vec(),
+                    beads: self.rows.data.beads[..steps * self.rows.sensor_locations.len()].to_vec(),
+                    boundary_forcing: forcing,
+                    ..self.rows.data.clone()
+                },
+                ..self.rows.clone()
             },
             ..self.clone()
         }
@@ -54,14 +57,15 @@ impl Plan {
             temperatures_k: forcing.held_k(reading.face, &self.times_s, &self.instants_s),
             ..*reading
         };
-        Self {
+        let mut plan = Self {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.with_forcing(forcing, exposure))),
             held_readings: self.held_readings.iter().map(with_schedule).collect(),
             pyrometers: self.pyrometers.iter().map(|one| one.with_exposure(exposure, &self.instants_s)).collect(),
             forcing: Arc::clone(forcing),
-            data: PlanData { boundary_forcing: forcing.at_step_ends(&self.times_s), ..self.data.clone() },
             ..self.clone()
-        }
+        };
+        plan.rows.data.boundary_forcing = forcing.at_step_ends(&self.times_s);
+        plan
     }
 }
 

@@ -1,11 +1,12 @@
 //! Material properties as columns on one uniform temperature grid.
 
 use super::factor_columns::conductivity_columns;
-use super::layout::{
-    FACE_COLUMNS, GAS_COLUMNS, MAX_PRESSURE_LEVELS, MAX_STATES, TABLE_NODES, TABLE_START_K, TABLE_STEP_K,
-};
 use crate::case::air::{air_enthalpy_j_kg, cold_wall_enthalpy_j_kg};
 use crate::case::{Case, Conductivity, Emissivity, Face, GAS_CONSTANT_J_MOL_K, GasFlowModel, Material, Ply, Table};
+use crate::physics::layout::{
+    FACE_COLUMNS, GAS_COLUMNS, MAX_PRESSURE_LEVELS, MAX_STATES, TABLE_NODES, TABLE_START_K, TABLE_STEP_K,
+    properties_per_state,
+};
 use std::sync::Arc;
 
 /// All tables of a case, the table of the faces last, and the offset of each ply's table.
@@ -80,11 +81,6 @@ pub(super) fn conductivity_parts_of(case: &Case, ply: &Ply) -> usize {
 /// The maximum over plies, for which all rows have columns.
 pub(super) fn conductivity_parts(case: &Case) -> usize {
     case.layup.plies.iter().map(|ply| conductivity_parts_of(case, ply)).max().unwrap_or(1)
-}
-
-/// Properties of a state: four, or eight where its conductivity is in parts.
-pub(super) fn properties_per_state(parts: usize) -> usize {
-    if parts > 1 { 8 } else { 4 }
 }
 
 /// Columns of a table row of a ply.

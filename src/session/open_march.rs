@@ -22,7 +22,7 @@ impl Session {
     /// # Errors
     /// When the rows do not have one value per factor, the device fails or the march is cancelled.
     pub fn march(&mut self, points: &Ensemble) -> Result<Traces, SessionError> {
-        let mut traces = Traces::empty(0, self.plan.sensors, self.plan.instants_s.len());
+        let mut traces = Traces::empty(0, self.plan.rows.sensors, self.plan.instants_s.len());
         traces.temperatures_k.reserve_exact(points.len() * traces.sensors * traces.instants);
         self.march_batches(points, true, &mut |batch| traces.extend(batch, 0..batch.members()))?;
         Ok(traces)

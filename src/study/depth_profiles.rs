@@ -5,7 +5,7 @@
 //! sensors, so that they depend on no backend and cost the march of a sweep nothing.
 
 use super::uncertainty::Sweep;
-use crate::case::Case;
+use crate::case::{Case, GasFlowModel};
 use crate::ensemble::Ensemble;
 use crate::limits::PROFILE_INSTANTS;
 use crate::march::cpu::{Cpu, cell_states};
@@ -203,7 +203,7 @@ impl CellStates {
         let at = |of_cells: &[Vec<f64>]| -> Vec<Vec<f64>> {
             chosen.iter().map(|&instant| of_cells.iter().map(|trace| trace[instant]).collect()).collect()
         };
-        let has_pressure = plan.gas_flow_model() == Some(crate::plan::GasFlowModel::Darcy);
+        let has_pressure = case.gas.as_ref().is_some_and(|gas| gas.model == GasFlowModel::Darcy);
         Self {
             depths: plan.node_depths(case),
             densities_kg_m3: at(&densities),
@@ -295,7 +295,7 @@ mod tests {
         let at_60_s = prediction.instants_s.iter().position(|&at_s| at_s == 60.0).expect("an instant");
         let expected = gauge(crate::traces::Gauge::MassLost).values[at_60_s];
         let lost: f64 = (states.densities_kg_m3[0].iter().zip(&states.densities_kg_m3[1]))
-            .zip(plan.data.cells.iter().map(|cell| cell.width_m))
+            .zip(plan.rows.data.cells.iter().map(|cell| cell.width_m))
             .map(|((virgin, now), width_m)| (virgin - now) * width_m)
             .sum();
         assert!((lost - expected).abs() < 0.01 * expected, "{lost} kg/m², not {expected}");

@@ -176,7 +176,7 @@ fn stated_cells_and_steps_are_not_adapted() {
 /// Depths of the nodes of a plan, and of the lower faces of its cells, m.
 fn nodes_and_faces_m(plan: &Plan) -> (Vec<f64>, Vec<f64>) {
     let mut top_m = 0.0;
-    let lie = plan.data.cells.iter().map(|cell| {
+    let lie = plan.rows.data.cells.iter().map(|cell| {
         let node_m = top_m + cell.above_m;
         top_m += cell.width_m;
         (node_m, top_m)
@@ -198,8 +198,8 @@ fn the_coarse_plan_has_every_other_step_and_face_of_the_fine_one() {
     let coarse = plan.coarse.as_ref().expect("a plan has a coarse one");
     assert_eq!(coarse.times_s, plan.times_s.iter().copied().step_by(2).collect::<Vec<_>>());
     let [(fine_nodes_m, fine_faces_m), (wide_nodes_m, wide_faces_m)] = [&plan, coarse].map(nodes_and_faces_m);
-    let last = plan.plies.len() - 1;
-    for (p, (ply, half)) in plan.plies.iter().zip(&coarse.plies).enumerate() {
+    let last = plan.rows.plies.len() - 1;
+    for (p, (ply, half)) in plan.rows.plies.iter().zip(&coarse.rows.plies).enumerate() {
         let [fine, wide] = [ply, half].map(|ply| ply.first_cell as usize..ply.end_cell as usize);
         assert_eq!(fine.len(), 2 * wide.len());
         let every_other =
@@ -220,8 +220,8 @@ fn the_coarse_plan_has_every_other_step_and_face_of_the_fine_one() {
 fn cell_widths_grow_smoothly_away_from_the_hot_face() {
     let plan = Plan::new(&case("lcat-2259"));
     let mut widest: f64 = 1.0;
-    for ply in &plan.plies[1..plan.plies.len() - 1] {
-        let cells = &plan.data.cells[ply.first_cell as usize..ply.end_cell as usize];
+    for ply in &plan.rows.plies[1..plan.rows.plies.len() - 1] {
+        let cells = &plan.rows.data.cells[ply.first_cell as usize..ply.end_cell as usize];
         for pair in cells.windows(2) {
             let times = pair[1].width_m / pair[0].width_m;
             assert!(times > 1.0 && times < 1.05, "{times} times as wide as the one above");
@@ -249,7 +249,9 @@ fn plies_of_zero_initial_conductivity_are_divided_into_cells() {
             }
         });
         let plan = Plan::new(&case);
-        assert!(plan.data.cells.iter().all(|cell| cell.width_m > 0.0 && cell.above_m >= 0.0 && cell.below_m >= 0.0));
+        assert!(
+            plan.rows.data.cells.iter().all(|cell| cell.width_m > 0.0 && cell.above_m >= 0.0 && cell.below_m >= 0.0)
+        );
         let (_, faces_m) = nodes_and_faces_m(&plan);
         assert!((faces_m[faces_m.len() - 1] / depth_m(&case) - 1.0).abs() < 1e-12);
     }

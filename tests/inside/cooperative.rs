@@ -135,7 +135,7 @@ fn cooperative_kernels_agree_with_the_processor_within_rounding_for_every_block_
 fn cooperative_kernels_are_accurate_in_single_precision() {
     for Marched { case, plan, ensemble, lanes, traces, .. } in of(Precision::F32) {
         let processor = |plan: &Plan| traces_of(&mut Cpu::new(Precision::F64), plan, ensemble);
-        let allowed_k = if plan.max_reactions > 0 { SINGLE_REACTING_K } else { SINGLE_K };
+        let allowed_k = if plan.rows.max_reactions > 0 { SINGLE_REACTING_K } else { SINGLE_K };
         let off_k = max_difference_k(traces, &processor(plan));
         assert!(off_k <= allowed_k, "{} on {lanes} threads: {off_k:.1e} K", case.id());
         let perturbed_k = max_difference_k(traces, &processor(&with_scaled_conductivities(plan, 1e-3)));

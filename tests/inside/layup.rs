@@ -136,8 +136,12 @@ fn density_is_identifiable_apart_from_heat_capacity_only_if_extinction_follows_i
     let [by_mass, fixed] = [true, false].map(|by_mass| {
         let case = with_extinction(by_mass);
         let plan = Plan::new(&case);
-        assert_eq!(plan.conductivity_parts, 1 + usize::from(by_mass), "no extra column where extinction is constant");
-        for (ply, row) in case.layup().plies.iter().zip(&plan.plies) {
+        assert_eq!(
+            plan.rows.conductivity_parts,
+            1 + usize::from(by_mass),
+            "no extra column where extinction is constant"
+        );
+        for (ply, row) in case.layup().plies.iter().zip(&plan.rows.plies) {
             let parts = 1 + u32::from(by_mass && ply.group == "INS");
             assert_eq!(row.parts, parts, "{}: no extra column where extinction is constant", ply.name);
         }
@@ -165,9 +169,10 @@ fn a_density_factor_equals_a_denser_and_more_opaque_material() {
         let row = (0..2).map(|factor| if factor == place { density } else { 1.0 }).collect();
         // The grid of nominal factors, which the changed rows do not move.
         let mut plan = Plan::new(&denser);
-        plan.data.bulk_properties = Plan::new(case).data.bulk_properties;
-        plan.data.tables = Plan::new(case).data.tables;
-        plan.conductivity_columns
+        plan.rows.data.bulk_properties = Plan::new(case).rows.data.bulk_properties;
+        plan.rows.data.tables = Plan::new(case).rows.data.tables;
+        plan.rows
+            .conductivity_columns
             .iter_mut()
             .filter(|_| !extinction_follows)
             .for_each(|conduction| conduction.extinction = 0);
@@ -324,12 +329,15 @@ fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
 fn without_a_depth_factor_a_plan_has_no_depth_steps() {
     let plan = Plan::new(&coarse());
     let scaled = Plan::new(&with_factor(&coarse(), "TC2", Property::SensorDepth));
-    assert!(!plan.has_depth_factors && scaled.has_depth_factors);
+    assert!(!plan.rows.has_depth_factors && scaled.rows.has_depth_factors);
     let steps =
-        |plan: &Plan| plan.sensor_locations.iter().map(|place| place.steps_above + place.steps_below).sum::<u32>();
+        |plan: &Plan| plan.rows.sensor_locations.iter().map(|place| place.steps_above + place.steps_below).sum::<u32>();
     assert_eq!(steps(&plan), 0);
     assert!(steps(&scaled) > 4, "its bounds reach beyond nodes of both plies");
-    assert_eq!(scaled.sensor_locations.iter().filter(|place| place.steps_above + place.steps_below > 0).count(), 1);
+    assert_eq!(
+        scaled.rows.sensor_locations.iter().filter(|place| place.steps_above + place.steps_below > 0).count(),
+        1
+    );
 }
 
 /// A case file of two plies, with more text at its end.

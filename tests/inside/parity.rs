@@ -12,8 +12,8 @@ use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
 use bondline::march::{Backend, March, MarchError, PendingBatch, Precision, march_all};
+use bondline::physics::layout::{TABLE_NODES, TABLE_STEP_K};
 use bondline::plan::Plan;
-use bondline::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 use bondline::traces::{MemberStatus, Traces};
 use std::fs;
 use std::ops::Range;
@@ -93,13 +93,14 @@ fn on_cpu(precision: Precision, plan: &Plan, ensemble: &Ensemble) -> Traces {
 /// A plan with every conductivity changed by a relative amount.
 pub(crate) fn with_scaled_conductivities(plan: &Plan, share: f64) -> Plan {
     let mut plan = plan.clone();
-    let columns = 2 * plan.properties();
+    let columns = 2 * plan.rows.properties();
     // Plies of one material share their tables, which follow each other.
-    let mut plies: Vec<_> = plan.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.rows)).collect();
+    let mut plies: Vec<_> =
+        plan.rows.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.rows)).collect();
     plies.dedup();
     for (table, width, rows) in plies {
-        let end = table + plan.pressure_levels * TABLE_NODES * width;
-        for row in Arc::make_mut(&mut plan.data.tables)[table..end].chunks_exact_mut(width) {
+        let end = table + plan.rows.pressure_levels * TABLE_NODES * width;
+        for row in Arc::make_mut(&mut plan.rows.data.tables)[table..end].chunks_exact_mut(width) {
             for state in row[..columns * rows as usize].chunks_exact_mut(columns) {
                 // Solid, radiative and gas conductivity, each with its rise.
                 for place in [0, 1, 8, 9, 12, 13].into_iter().filter(|&place| place < columns) {
@@ -116,9 +117,10 @@ pub(crate) fn with_scaled_conductivities(plan: &Plan, share: f64) -> Plan {
 fn with_one_ulp_changed(plan: &Plan, temperature_k: f64) -> Plan {
     let mut plan = plan.clone();
     let node = (temperature_k / TABLE_STEP_K) as usize;
-    for level in 0..plan.pressure_levels {
-        let place = (plan.plies[0].table + (level * TABLE_NODES + node) as u32 * plan.plies[0].columns) as usize;
-        let word = &mut Arc::make_mut(&mut plan.data.tables)[place];
+    for level in 0..plan.rows.pressure_levels {
+        let place =
+            (plan.rows.plies[0].table + (level * TABLE_NODES + node) as u32 * plan.rows.plies[0].columns) as usize;
+        let word = &mut Arc::make_mut(&mut plan.rows.data.tables)[place];
         *word = f64::from((*word as f32).next_up());
     }
     plan

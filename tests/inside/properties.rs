@@ -209,7 +209,7 @@ fn skipping_inactive_reactions_changes_nothing() {
     let (plan, ensemble) = (Plan::new(&case), nominal_and_random(&case, 8));
     let colder_by = |steepness: f64| {
         let mut plan = plan.clone();
-        plan.data.reactions.iter_mut().for_each(|reaction| reaction.idle += steepness);
+        plan.rows.data.reactions.iter_mut().for_each(|reaction| reaction.idle += steepness);
         Cpu::new(Precision::F64).march(&plan, &ensemble, 0..ensemble.len()).expect("the processor does not fail")
     };
     let off_k = |one: &Traces, other: &Traces| {

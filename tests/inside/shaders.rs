@@ -46,7 +46,7 @@ fn the_kernel_of_every_case_compiles_in_both_precisions() {
         }
     }
     assert_eq!(
-        Plan::new(&all()[cases().len()]).conductivity_parts,
+        Plan::new(&all()[cases().len()]).rows.conductivity_parts,
         3,
         "the last case has a conductivity in three parts"
     );

@@ -53,7 +53,7 @@ fn with_char(heat_capacity: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
     });
     let (plan, nominal) = (Plan::new(&case), Ensemble::nominal(case.factors()));
     let traces = Cpu::new(Precision::F64).march(&plan, &nominal, 0..1).expect("the processor does not fail");
-    (plan.plies.iter().map(|ply| ply.rows).collect(), traces.temperatures_k)
+    (plan.rows.plies.iter().map(|ply| ply.rows).collect(), traces.temperatures_k)
 }
 
 #[test]
@@ -87,8 +87,8 @@ fn a_front_passes_between_plies_of_one_material_of_which_one_has_a_factor() {
     };
     let [(plan, alike_m), (other_plan, factored_m)] =
         [case.clone(), with_factor(&case, "INS1", Property::ConductivityRadiative)].map(|case| fronts_m(&case));
-    assert_eq!(plan.plies[2].table, plan.plies[3].table);
-    assert_ne!(other_plan.plies[2].table, other_plan.plies[3].table);
+    assert_eq!(plan.rows.plies[2].table, plan.rows.plies[3].table);
+    assert_ne!(other_plan.rows.plies[2].table, other_plan.rows.plies[3].table);
     let near = |front_m: &&f64| (*front_m - INTERFACE_M).abs() < 1e-4;
     assert!(alike_m.iter().filter(near).count() > 0, "the front does not pass the interface: {alike_m:?}");
     let off_m = alike_m.iter().zip(&factored_m).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -8,8 +8,8 @@ use super::shader;
 use super::state::{Block, slots, state_words};
 use crate::ensemble::Ensemble;
 use crate::march::{MarchError, member_status};
+use crate::physics::layout::{Bead, BoundaryForcing, Cell};
 use crate::plan::Plan;
-use crate::plan::layout::{Bead, BoundaryForcing, Cell};
 use crate::traces::Traces;
 use bytemuck::Zeroable;
 use std::time::Instant;
@@ -156,7 +156,7 @@ impl Batch {
             Ok(gather_traces(plan, first, count, &recorded, &final_state))
         };
         let mut values = gathered(self.values)?;
-        let ends = progress[count..].iter().zip(values.extremes_k.chunks_exact(plan.plies.len()));
+        let ends = progress[count..].iter().zip(values.extremes_k.chunks_exact(plan.rows.plies.len()));
         values.statuses = ends
             .map(|(&strayed, extremes_k)| member_status(plan, (strayed as usize).checked_sub(1), extremes_k))
             .collect();
@@ -169,7 +169,7 @@ impl Batch {
 /// Factor × member.
 fn factors<W: DeviceScalar>(plan: &Plan, ensemble: &Ensemble, carried: &[Invocation]) -> Vec<W> {
     let count = carried.len();
-    let mut factors = vec![W::from_f64(0.0); plan.factors * count];
+    let mut factors = vec![W::from_f64(0.0); plan.rows.factors * count];
     for (place, carried) in carried.iter().enumerate() {
         for (factor, &value) in ensemble.member(carried.member).iter().enumerate() {
             factors[factor * count + place] = W::from_f64(value);
@@ -181,7 +181,7 @@ fn factors<W: DeviceScalar>(plan: &Plan, ensemble: &Ensemble, carried: &[Invocat
 /// Seeds of the forward mode: derivatives of the factors, factor × member.
 fn seeds<W: DeviceScalar>(plan: &Plan, carried: &[Invocation]) -> Vec<W> {
     let count = carried.len();
-    let mut seeds = vec![W::from_f64(0.0); plan.factors * count];
+    let mut seeds = vec![W::from_f64(0.0); plan.rows.factors * count];
     for (place, Invocation { direction: along, .. }) in carried.iter().enumerate() {
         along.iter().for_each(|factor| seeds[factor * count + place] = W::from_f64(1.0));
     }
@@ -195,7 +195,7 @@ struct PlanBuffers {
 }
 
 fn upload_plan<W: DeviceScalar>(device: &Device, plan: &Plan, pipeline: &Pipeline) -> Result<PlanBuffers, MarchError> {
-    let rows = plan.data.map(W::from_f64);
+    let rows = plan.rows.data.map(W::from_f64);
     let mut cells = flat!(Cell of rows.cells);
     cells.resize(cells.len() / rows.cells.len() * pipeline.cells, W::zeroed());
     let mut buffers = vec![
@@ -205,10 +205,10 @@ fn upload_plan<W: DeviceScalar>(device: &Device, plan: &Plan, pipeline: &Pipelin
         (4, device.upload("boundary_forcing", &flat!(BoundaryForcing of rows.boundary_forcing))),
         (5, device.upload("lengths", &rows.step_lengths_s)),
         (8, device.upload("beads", &flat!(Bead of rows.beads))),
-        (9, device.upload("instants", &plan.record_at_step)),
+        (9, device.upload("instants", &plan.rows.record_at_step)),
     ];
     let texels = if pipeline.reads_texels {
-        let words: Vec<f32> = plan.data.tables.iter().map(|&word| f32::from_f64(word)).collect();
+        let words: Vec<f32> = plan.rows.data.tables.iter().map(|&word| f32::from_f64(word)).collect();
         Some(device.texels("texels", &words))
     } else {
         buffers.push((6, device.upload("tables", &rows.tables)));
@@ -238,10 +238,10 @@ fn submit_dispatches(
             steps: plan.steps() as u32,
             members,
             one: 1.0,
-            plies: plan.plies.len() as u32,
-            sensors: plan.sensor_locations.len() as u32,
+            plies: plan.rows.plies.len() as u32,
+            sensors: plan.rows.sensor_locations.len() as u32,
             faces: 2,
-            open_faces: plan.exchanging_faces as u32,
+            open_faces: plan.rows.exchanging_faces as u32,
             stages: 2,
             gauges: plan.gauges() as u32,
             threads_per_member: threads,

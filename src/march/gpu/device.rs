@@ -7,7 +7,7 @@ use super::cache::DriverCache;
 use super::shader;
 use super::spirv::{self, Kernel};
 use crate::march::MarchError;
-use crate::plan::layout::COLUMNS_PER_LOAD;
+use crate::physics::layout::COLUMNS_PER_LOAD;
 use crate::user_cache;
 use bytemuck::Pod;
 #[cfg(test)]

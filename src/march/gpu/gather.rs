@@ -8,7 +8,7 @@ use std::array::from_fn;
 
 /// Words of the traces of one member.
 pub(super) fn trace_words(plan: &Plan) -> usize {
-    2 * (plan.sensor_locations.len() + plan.gauges()) * plan.records
+    2 * (plan.rows.sensor_locations.len() + plan.gauges()) * plan.rows.records
 }
 
 /// Traces from `recorded` and the results part of the state, `final_state`: word × member. The status of the members is
@@ -20,7 +20,7 @@ pub(super) fn gather_traces<W: DeviceScalar>(
     recorded: &[W],
     final_state: &[W],
 ) -> Traces {
-    let (sensors, instants) = (plan.sensor_locations.len(), plan.records);
+    let (sensors, instants) = (plan.rows.sensor_locations.len(), plan.rows.records);
     let traced = sensors + plan.gauges();
     let mut temperatures_k = vec![0.0; count * sensors * instants];
     for instant in 0..instants {
@@ -47,11 +47,11 @@ pub(super) fn gather_traces<W: DeviceScalar>(
             final_state[(block.slot(plan) - Block::Heat.slot(plan) + index) * count + member].to_f64()
         };
         let sum = |block: Block, place: usize| word(block, 2 * place) + word(block, 2 * place + 1);
-        let extremes_k: Vec<(f64, f64)> = (0..plan.plies.len())
+        let extremes_k: Vec<(f64, f64)> = (0..plan.rows.plies.len())
             .map(|ply| (word(Block::Extremes, 2 * ply), word(Block::Extremes, 2 * ply + 1)))
             .collect();
         let mut balance = Balance::new(from_fn(|heat| sum(Block::Heat, heat)), word(Block::Stored, 0));
-        if plan.gas.is_some() {
+        if plan.rows.gas.is_some() {
             let [gas_in, gas_out, heat, gain] = from_fn(|place| sum(Block::GasSums, place));
             let [lost, stored] = from_fn(|place| word(Block::GasSums, 8 + place));
             balance = balance.with_gas([gas_in, gas_out, heat, gain, lost, stored]);

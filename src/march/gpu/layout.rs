@@ -2,11 +2,11 @@
 
 use super::scalar::DeviceScalar;
 use super::state::{self, Slots};
-use crate::plan::layout::{
-    BulkProperties, ConductivityColumns, Face, FaceColumns, Ply, ROWS, Reaction, ReactionPath, RowLayout, Sensor,
-    SensorLocation, StateProperties,
+use crate::physics::layout::{
+    BulkProperties, ConductivityColumns, Face, FaceColumns, PlanData, Ply, ROWS, Reaction, ReactionPath, RowLayout,
+    Sensor, SensorLocation, StateProperties,
 };
-use crate::plan::{Plan, layout::PlanData};
+use crate::plan::Plan;
 use bytemuck::{Pod, Zeroable};
 
 /// Declares a struct of words, and its WGSL source.
@@ -94,16 +94,16 @@ macro_rules! uniform_rows {
 
 uniform_rows! {
     plan, rows:
-    plies: Ply["PLIES"] of plan.plies,
+    plies: Ply["PLIES"] of plan.rows.plies,
     bulks: BulkProperties["PLIES"] of rows.bulk_properties,
     faces: Face["2"] of rows.faces,
-    scalings: FaceColumns["2"] of plan.face_columns,
+    scalings: FaceColumns["2"] of plan.rows.face_columns,
     sensors: Sensor["SENSORS"] of rows.sensors,
-    places: SensorLocation["SENSORS"] of plan.sensor_locations,
+    places: SensorLocation["SENSORS"] of plan.rows.sensor_locations,
     substances: StateProperties["SUBSTANCES"] of rows.state_properties,
-    conductions: ConductivityColumns["SUBSTANCES"] of plan.conductivity_columns,
+    conductions: ConductivityColumns["SUBSTANCES"] of plan.rows.conductivity_columns,
     reactions: Reaction["PATHS"] of rows.reactions,
-    paths: ReactionPath["PATHS"] of plan.reaction_paths,
+    paths: ReactionPath["PATHS"] of plan.rows.reaction_paths,
 }
 
 /// WGSL struct of a row. Rows are aligned to 16 bytes, as uniform arrays require.
@@ -148,7 +148,7 @@ mod tests {
         let slots = size_of::<Slots>() as u32;
         let words = (0..).step_by(4).take(16).map(|offset| slots + offset);
         let run = (std::iter::once(0).chain(words).collect(), size_of::<DispatchParameters>() as u32);
-        let plan_bytes = plan_bytes(plan, &plan.data.map(W::from_f64)).len() as u32;
+        let plan_bytes = plan_bytes(plan, &plan.rows.data.map(W::from_f64)).len() as u32;
         rows_match
             && struct_layout(&module, "DispatchParameters") == run
             && struct_layout(&module, "Plan").1 == plan_bytes

@@ -31,8 +31,8 @@ mod unused_code;
 
 use super::{Backend, March, MarchError, PendingBatch, Precision, readings, trace_rows};
 use crate::ensemble::Ensemble;
+use crate::physics::layout::Cell;
 use crate::plan::Plan;
-use crate::plan::layout::Cell;
 use crate::traces::Traces;
 use batch::{Batch, Invocation, Pipeline};
 pub use cooperative::COOPERATIVE_THREADS;
@@ -132,7 +132,7 @@ impl Gpu {
 
     /// Whether the kernel of a plan reads tables from a texture.
     fn reads_texels(&self, plan: &Plan) -> bool {
-        self.precision == Precision::F32 && self.device.prefers_texels(plan.data.tables.len())
+        self.precision == Precision::F32 && self.device.prefers_texels(plan.rows.data.tables.len())
     }
 
     /// The source of the kernel of a plan without its column lengths.
@@ -224,7 +224,7 @@ impl Gpu {
         let carried: Vec<Invocation> = (0..points.len())
             .flat_map(|member| along.iter().map(move |&along| Invocation { member, direction: along }))
             .collect();
-        let mut traces = Traces::empty(0, plan.sensor_locations.len(), plan.records);
+        let mut traces = Traces::empty(0, plan.rows.sensor_locations.len(), plan.rows.records);
         let most = self.capacity(plan).max(1);
         for (run, some) in carried.chunks(most).enumerate() {
             let device = self.device.clone();

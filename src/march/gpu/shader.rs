@@ -8,11 +8,11 @@ use super::layout::declarations;
 use super::spirv::MAX_INITIALISED_LENGTH;
 use crate::march::Precision;
 use crate::physics::constants;
-use crate::plan::layout::{
-    AIR_PROPERTIES, COLUMNS_PER_LOAD, FACE_COLUMNS, GAUGES, HEAT_TOTALS, MAX_STATES, NO_INSTANT, Ply, TABLE_NODES,
-    TABLE_STEP_K,
+use crate::physics::layout::{
+    AIR_PROPERTIES, COLUMNS_PER_LOAD, FACE_COLUMNS, GAUGES, GasTransport, HEAT_TOTALS, MAX_STATES, NO_INSTANT, Ply,
+    TABLE_NODES, TABLE_STEP_K,
 };
-use crate::plan::{GasFlowModel, Plan};
+use crate::plan::Plan;
 use std::fmt::Write;
 use std::time::Duration;
 
@@ -105,8 +105,8 @@ pub(super) fn column_cells(plan: &Plan, most: usize, threads: u32) -> usize {
 
 /// Declarations of the column lengths, for a number of cells that may exceed that of the plan.
 pub(super) fn column_lengths(plan: &Plan, cells: usize, threads: u32) -> String {
-    let gas = if plan.gas.is_some() { cells } else { 1 };
-    let pores = if plan.gas == Some(GasFlowModel::Darcy) { cells } else { 1 };
+    let gas = if plan.rows.gas.is_some() { cells } else { 1 };
+    let pores = if plan.rows.gas == Some(GasTransport::Darcy) { cells } else { 1 };
     let nodes = if looks_up_in_sweep(plan, threads) { 1 } else { cells };
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
@@ -126,24 +126,24 @@ pub(super) fn source_without_lengths(
     let mut text = preamble(precision);
     let sizes = [
         ("THREADS_PER_MEMBER", threads),
-        ("PLIES", plan.plies.len() as u32),
-        ("SENSORS", plan.sensor_locations.len() as u32),
-        ("PARTS", plan.conductivity_parts as u32),
-        ("SUBSTANCES", plan.data.state_properties.len() as u32),
-        ("STATES", plan.max_states as u32),
-        ("LEVELS", plan.pressure_levels as u32),
-        ("REACTIONS", plan.max_reactions.max(1) as u32),
-        ("PATHS", plan.reaction_paths.len().max(1) as u32),
-        ("HOLDER", u32::from(plan.has_holder)),
-        ("DEPTHS", u32::from(plan.has_depth_factors)),
-        ("LIMITS", u32::from(plan.has_limit_rows())),
+        ("PLIES", plan.rows.plies.len() as u32),
+        ("SENSORS", plan.rows.sensor_locations.len() as u32),
+        ("PARTS", plan.rows.conductivity_parts as u32),
+        ("SUBSTANCES", plan.rows.data.state_properties.len() as u32),
+        ("STATES", plan.rows.max_states as u32),
+        ("LEVELS", plan.rows.pressure_levels as u32),
+        ("REACTIONS", plan.rows.max_reactions.max(1) as u32),
+        ("PATHS", plan.rows.reaction_paths.len().max(1) as u32),
+        ("HOLDER", u32::from(plan.rows.has_holder)),
+        ("DEPTHS", u32::from(plan.rows.has_depth_factors)),
+        ("LIMITS", u32::from(plan.rows.has_limit_rows())),
         ("HEAT_TOTALS", HEAT_TOTALS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
         ("COLUMNS_PER_LOAD", COLUMNS_PER_LOAD as u32),
         ("TEXELS_PER_ROW", TEXELS_PER_ROW),
         ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
-        ("PROPERTIES", plan.properties() as u32),
-        ("FACE_TABLE", plan.face_table() as u32),
+        ("PROPERTIES", plan.rows.properties() as u32),
+        ("FACE_TABLE", plan.rows.face_table() as u32),
         ("FACE_COLUMNS", FACE_COLUMNS as u32),
         ("MAX_STATES", MAX_STATES as u32),
         ("GAUGES", GAUGES as u32),
@@ -157,20 +157,20 @@ pub(super) fn source_without_lengths(
     for (name, value) in sizes {
         line(format_args!("const {name} = {value}u;"));
     }
-    let has = |path| plan.gas == Some(path);
+    let has = |path| plan.rows.gas == Some(path);
     let is = [
         ("TEXELS", texels),
         ("PROPERTIES_IN_SWEEP", looks_up_in_sweep(plan, threads)),
-        ("GAS", plan.gas.is_some()),
-        ("UNHINDERED", has(GasFlowModel::Instantaneous)),
-        ("QUASI_STEADY", has(GasFlowModel::QuasiSteady)),
-        ("DARCY", has(GasFlowModel::Darcy)),
-        ("BACK_IS_OPEN", plan.back_is_open),
+        ("GAS", plan.rows.gas.is_some()),
+        ("UNHINDERED", has(GasTransport::Instantaneous)),
+        ("QUASI_STEADY", has(GasTransport::QuasiSteady)),
+        ("DARCY", has(GasTransport::Darcy)),
+        ("BACK_IS_OPEN", plan.rows.back_is_open),
     ];
     for (name, value) in is {
         line(format_args!("const {name} = {value};"));
     }
-    line(format_args!("const MIDDLE_PA = {:?};", plan.middle_level_pa));
+    line(format_args!("const MIDDLE_PA = {:?};", plan.rows.middle_level_pa));
     line(format_args!("const TABLE_STEP_K = {TABLE_STEP_K:?};"));
     line(format_args!(
         "// Generated from src/plan/layout.rs, src/march/gpu/layout.rs and src/march/gpu/state.rs.\n{}",
@@ -186,7 +186,8 @@ pub(super) fn source_without_lengths(
 /// Whether properties are looked up in the sweep and have no columns: where a single thread marches a member whose
 /// plies have one tabulated state at one pressure level.
 fn looks_up_in_sweep(plan: &Plan, threads: u32) -> bool {
-    let is_plain = plan.gas.is_none() && plan.pressure_levels == 1 && plan.plies.iter().all(|ply| ply.rows == 1);
+    let is_plain =
+        plan.rows.gas.is_none() && plan.rows.pressure_levels == 1 && plan.rows.plies.iter().all(|ply| ply.rows == 1);
     threads == 1 && is_plain
 }
 
@@ -195,18 +196,18 @@ fn looks_up_in_sweep(plan: &Plan, threads: u32) -> bool {
 /// separately. Overestimating costs a dispatch more now and then; underestimating would cost a march.
 pub fn loop_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let (cells, plies, sensors) =
-        (cells_per_thread(plan, threads), plan.plies.len() as u32, plan.sensor_locations.len() as u32);
+        (cells_per_thread(plan, threads), plan.rows.plies.len() as u32, plan.rows.sensor_locations.len() as u32);
     let with_exit = |turns: u32| turns + 1;
     let (cells_by_ply, faces) = (with_exit(2 * plies + cells), with_exit(2));
     // Properties; in the forward elimination the cells of a block and their neighbours on both sides.
     let stage = cells_by_ply + cells_by_ply + 2 + faces;
     let advance = faces + with_exit(2) + 2 * stage + with_exit(cells) + cells_by_ply;
     let readings = 2 * with_exit(sensors);
-    let holder = if plan.has_holder { 4 * cells_by_ply } else { 0 };
-    let steps = plan.sensor_locations.iter().map(|place| 2 + place.steps_above + place.steps_below);
-    let displaced_sensors = if plan.has_depth_factors { steps.sum() } else { 0 };
-    let nodes = plan.sensor_locations.iter().map(|place| 2 + place.end_node - place.first_node + 2 * place.faces);
-    let hottest = if plan.has_limit_rows() { nodes.sum() } else { 0 };
+    let holder = if plan.rows.has_holder { 4 * cells_by_ply } else { 0 };
+    let steps = plan.rows.sensor_locations.iter().map(|place| 2 + place.steps_above + place.steps_below);
+    let displaced_sensors = if plan.rows.has_depth_factors { steps.sum() } else { 0 };
+    let nodes = plan.rows.sensor_locations.iter().map(|place| 2 + place.end_node - place.first_node + 2 * place.faces);
+    let hottest = if plan.rows.has_limit_rows() { nodes.sum() } else { 0 };
     let state = with_exit(cells) + with_exit(sensors) + with_exit(plies) + with_exit(HEAT_TOTALS as u32);
     let around =
         with_exit(cells) + 2 * state + with_exit(plies) + with_exit(cells) + with_exit(plies) + cells_by_ply + 1;
@@ -222,7 +223,7 @@ fn cells_per_thread(plan: &Plan, threads: u32) -> u32 {
 
 /// Iterations of the communication between threads, per step and around.
 fn communication_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
-    let (cells, plies) = (plan.cells() as u32, plan.plies.len() as u32);
+    let (cells, plies) = (plan.cells() as u32, plan.rows.plies.len() as u32);
     let with_exit = |turns: u32| turns + 1;
     let solved = 2 * with_exit(cells_per_thread(plan, threads)) + with_exit(threads.ilog2() + 1);
     let neighbours = with_exit(cells_per_thread(plan, threads)) + with_exit(threads);
@@ -238,38 +239,39 @@ fn communication_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
 
 /// Number of sums that the threads of a member accumulate in parts.
 pub(super) fn partial_sums(plan: &Plan) -> u32 {
-    HEAT_TOTALS as u32 + if plan.gas.is_some() { 7 } else { 1 }
+    HEAT_TOTALS as u32 + if plan.rows.gas.is_some() { 7 } else { 1 }
 }
 
 /// Iterations of mixtures, reactions and gas, per step and around. Loop exits count too, which matters for short loops
 /// inside a loop over cells.
 fn gas_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
-    let (cells, plies) = (cells_per_thread(plan, threads), plan.plies.len() as u32);
+    let (cells, plies) = (cells_per_thread(plan, threads), plan.rows.plies.len() as u32);
     let each = |turns: &dyn Fn(u32, u32) -> u32| {
         let of = |ply: &Ply<u32>| turns(ply.states, ply.end_reaction - ply.first_reaction);
         let of_cells = |ply: &Ply<u32>| (ply.end_cell - ply.first_cell) * of(ply);
-        let most = plan.plies.iter().map(of).max().unwrap_or(0);
-        (plan.plies.iter().map(of_cells).sum::<u32>().min(cells * most), most)
+        let most = plan.rows.plies.iter().map(of).max().unwrap_or(0);
+        (plan.rows.plies.iter().map(of_cells).sum::<u32>().min(cells * most), most)
     };
     let cells_by_ply = 2 * plies + cells + 1;
     // Volumes, density, weights, properties, enthalpies; at an instant the volumes follow from the reactions.
     let (mixture, _) = each(&|states, _| 5 * states + 5);
     let (_, face) = each(&|states, reactions| reactions + 3 * states + 4);
-    let mixture = if plan.max_states > 1 || plan.pressure_levels > 1 { 2 * mixture } else { 0 };
+    let mixture = if plan.rows.max_states > 1 || plan.rows.pressure_levels > 1 { 2 * mixture } else { 0 };
     // Each stage evaluates both faces and looks ahead in both schedules; a sensor reads the cells on both sides.
-    let faces = (6 + 2 * plan.sensor_locations.len() as u32) * face;
-    if plan.gas.is_none() {
+    let faces = (6 + 2 * plan.rows.sensor_locations.len() as u32) * face;
+    if plan.rows.gas.is_none() {
         return (mixture + faces, 0);
     }
     let (kinetics, _) = each(&|states, reactions| 2 * states + reactions + 3);
-    let by_ply = if plan.gas == Some(GasFlowModel::Darcy) { 10 } else { 8 };
+    let by_ply = if plan.rows.gas == Some(GasTransport::Darcy) { 10 } else { 8 };
     let advection = by_ply * cells_by_ply + kinetics + 3 * (cells + 1) + 3;
     let (pores, _) = each(&|states, reactions| reactions + 2 * states + 2);
-    let darcy = if plan.gas == Some(GasFlowModel::Darcy) { 2 * (cells_by_ply + pores) + 13 * cells + 15 } else { 0 };
+    let darcy =
+        if plan.rows.gas == Some(GasTransport::Darcy) { 2 * (cells_by_ply + pores) + 13 * cells + 15 } else { 0 };
     let (state, _) = each(&|states, reactions| reactions + 3 * states + 3);
     (
         mixture + faces + advection + darcy,
-        3 * cells * ((plan.max_reactions.max(1) + plan.max_states) as u32 + 3) + state,
+        3 * cells * ((plan.rows.max_reactions.max(1) + plan.rows.max_states) as u32 + 3) + state,
     )
 }
 
@@ -316,7 +318,7 @@ mod tests {
             assert!((coarse.cells()..=2 * coarse.cells()).contains(&plan.cells()), "{}", folder.display());
             assert_eq!(text(coarse), text(&plan), "{}", folder.display());
             let mut other = plan.clone();
-            other.pressure_levels += 1;
+            other.rows.pressure_levels += 1;
             assert_ne!(text(&other), text(&plan), "{}: same source with other tables", folder.display());
         }
     }

@@ -3,8 +3,8 @@
 //! This table defines the slots: the host reads results by it, and the WGSL functions that load and save each block are
 //! generated from it.
 
-use crate::plan::layout::HEAT_TOTALS;
-use crate::plan::{GasFlowModel, Plan};
+use crate::physics::layout::{GasTransport, HEAT_TOTALS};
+use crate::plan::Plan;
 
 /// A block of the state, in the order of the buffer. Results for the host start at [`Heat`](Self::Heat).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,18 +90,18 @@ impl Block {
 
     /// Number of items of one member.
     fn items(self, plan: &Plan) -> usize {
-        let of_gas = |items: usize| if plan.gas.is_some() { items } else { 0 };
+        let of_gas = |items: usize| if plan.rows.gas.is_some() { items } else { 0 };
         match self {
             Self::Temperatures => plan.cells(),
-            Self::Readings => plan.sensor_locations.len(),
+            Self::Readings => plan.rows.sensor_locations.len(),
             Self::Heat => HEAT_TOTALS,
             Self::Stored => 1,
-            Self::Extremes => plan.plies.len(),
+            Self::Extremes => plan.rows.plies.len(),
             Self::GasSums | Self::GasFlows => of_gas(1),
-            Self::Advancements => of_gas(plan.cells() * plan.max_reactions.max(1)),
-            Self::Phases => of_gas(plan.cells() * plan.max_states),
+            Self::Advancements => of_gas(plan.cells() * plan.rows.max_reactions.max(1)),
+            Self::Phases => of_gas(plan.cells() * plan.rows.max_states),
             Self::Sources => of_gas(plan.cells()),
-            Self::Pressures if plan.gas == Some(GasFlowModel::Darcy) => plan.cells(),
+            Self::Pressures if plan.rows.gas == Some(GasTransport::Darcy) => plan.cells(),
             Self::Pressures => 0,
         }
     }

@@ -3,13 +3,13 @@
 //! Loading single numbers took half of a march, and gather instructions are no faster.
 
 use super::F64Lanes;
-use crate::physics::dual::directions::{Directions, DoubleWidth};
-use crate::plan::layout::COLUMNS_PER_LOAD;
+use crate::dual::directions::{Directions, DoubleWidth};
+use crate::layout::COLUMNS_PER_LOAD;
 use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::*;
 
 /// Largest number of lanes of a vector.
-pub(super) const MAX_LANES: usize = 16;
+pub const MAX_LANES: usize = 16;
 
 /// Offset of each lane's row in a table.
 pub(super) type RowOffsets<const LANES: usize> = [u32; LANES];
@@ -177,14 +177,14 @@ impl SimdTables for simdeez::engines::neon::Neon {
 #[expect(unsafe_code, reason = "SIMD loads; see the safety comments")]
 mod x86_64 {
     use super::{DoubleWidth, F64Lanes, RowOffsets, SimdTables, TableRow};
-    use crate::plan::layout::COLUMNS_PER_LOAD;
+    use crate::layout::COLUMNS_PER_LOAD;
     use simdeez::engines::avx2::{Avx2, F32x8, F64x4};
     use simdeez::engines::avx512::{Avx512, F32x16, F64x8};
     use simdeez::prelude::SimdBaseIo;
     use std::arch::x86_64::*;
 
     // Safety, of all blocks: members are given such vectors only on processors with these instructions
-    // (`march/cpu.rs`). `TableRows::new` keeps every row within its table, and `TableRow::column_start` every column
+    // (`instruction_set.rs`). `TableRows::new` keeps every row within its table, and `TableRow::column_start` every column
     // group within its row.
 
     impl SimdTables for Avx512 {

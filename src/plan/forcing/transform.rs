@@ -2,7 +2,7 @@
 
 use crate::case::Conductivity;
 use crate::case::air::cold_wall_enthalpy_j_kg;
-use crate::plan::layout::{TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
+use crate::physics::layout::{TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
 use std::sync::Arc;
 
 /// Relation between a scheduled value and the heat flux.

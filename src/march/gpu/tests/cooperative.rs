@@ -67,7 +67,7 @@ fn largest_error(device: &Device, plan: &Plan, lanes: u32, change: impl Fn(Strin
     let run =
         DispatchParameters { one: 1.0, threads_per_member: lanes, cells: cells as u32, ..DispatchParameters::zeroed() };
     let run = device.uniform("run", &[run]).expect("uniform buffer fits");
-    let plan = device.uniform("plan", &plan_bytes(plan, &plan.data)).expect("uniform buffer fits");
+    let plan = device.uniform("plan", &plan_bytes(plan, &plan.rows.data)).expect("uniform buffer fits");
     let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));
     let bound = [(0, &run), (2, &plan), (30, &rows), (31, &solutions)];
     let bound = bound.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));

@@ -121,7 +121,7 @@ impl Work {
 
     /// All numbers of each member, none of which is lost or repeated.
     fn marched(&self, march: &mut dyn March) -> Result<Vec<String>, MarchError> {
-        let mut all = Traces::empty(0, self.plan.sensor_locations.len(), self.plan.instants_s.len());
+        let mut all = Traces::empty(0, self.plan.rows.sensor_locations.len(), self.plan.instants_s.len());
         if self.kernel == Kernel::Differentiated {
             all = march.tangents(&self.plan, &self.ensemble, &[0])?.expect("devices have derivatives");
             assert_eq!(all.members(), 2 * MEMBERS);
@@ -136,7 +136,7 @@ impl Work {
             let size = values.len() / all.members();
             format!("{:?}", &values[member * size..][..size])
         };
-        let plies = self.plan.plies.len();
+        let plies = self.plan.rows.plies.len();
         let row = |member: usize| {
             let (balance, extremes_k) = (all.balances[member], &all.extremes_k[member * plies..][..plies]);
             let numbers = part(&all.temperatures_k, member) + &part(&all.gauges, member);

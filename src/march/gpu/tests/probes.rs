@@ -13,6 +13,7 @@ use crate::physics::decomposition::{arrhenius_rate, consumed_share, mean_decay};
 use crate::physics::double_word::DoubleWord;
 use crate::physics::exponential::{decay, exponential, logarithm, power};
 use crate::physics::holder::lateral_heat_flux;
+use crate::physics::layout::{Bead, BoundaryForcing, Reaction, Sensor, TABLE_NODES};
 use crate::physics::material::{
     ConductivityParts, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
 };
@@ -23,7 +24,6 @@ use crate::physics::thermocouple::{
 };
 use crate::physics::tridiagonal::{factorise, substitute};
 use crate::plan::Plan;
-use crate::plan::layout::{Bead, BoundaryForcing, Reaction, Sensor, TABLE_NODES};
 use bytemuck::{Pod, Zeroable};
 
 const SAMPLES: usize = 16_384;
@@ -87,7 +87,7 @@ fn text<W>(plan: &Plan, precision: Precision, texels: bool, probes: &[Probe<W>])
 /// A plan whose kernel has a conductivity in three parts.
 fn plan() -> Plan {
     let mut plan = Plan::new(&Case::load("cases/permeation".as_ref()).expect("shipped case"));
-    plan.conductivity_parts = 3;
+    plan.rows.conductivity_parts = 3;
     plan
 }
 

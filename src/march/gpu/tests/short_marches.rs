@@ -396,8 +396,8 @@ fn target<W: DeviceScalar>(device: &Device, name: &str, text: &str, precision: P
     let drawn = Ensemble::sample(&case.factors, Bounds::Large, &sampling, MEMBERS);
     let mut plan = Plan::new(&case);
     // An added factor, which scales nothing, holds the number of the mutant.
-    let row = plan.factors;
-    plan.factors += 1;
+    let row = plan.rows.factors;
+    plan.rows.factors += 1;
     let texels = precision == Precision::F32;
     let cells = if device.checks { plan.cells() } else { shader::column_cells(&plan, usize::MAX, lanes) };
     let kernel = shader::column_lengths(&plan, cells, lanes)

@@ -1,14 +1,12 @@
 //! The march of one SIMD group: one generic function into which everything is inlined, compiled for each instruction
 //! set and number type, with and without gas.
 
-use crate::physics::Real;
-use crate::physics::cell_state::CELL_QUANTITIES;
-use crate::physics::dual::Dual;
-use crate::physics::lanes::{F32Lanes, F64Lanes, SimdTables};
-use crate::physics::member::Member;
-use crate::plan::Plan;
-use crate::plan::layout::{GAUGES, NO_INSTANT, PlanData};
-use crate::traces::{Balance, MemberStatus, Traces};
+use crate::Real;
+use crate::cell_state::CELL_QUANTITIES;
+use crate::dual::Dual;
+use crate::lanes::{F32Lanes, F64Lanes, SimdTables};
+use crate::layout::{GAUGES, HEAT_TOTALS, NO_INSTANT, PlanData, PlanRows};
+use crate::member::Member;
 #[cfg(target_arch = "aarch64")]
 use simdeez::engines::neon::Neon;
 use simdeez::engines::scalar::Scalar;
@@ -16,29 +14,38 @@ use simdeez::engines::scalar::Scalar;
 use simdeez::engines::{avx2::Avx2, avx512::Avx512};
 use simdeez::prelude::Simd;
 
-type MarchGroup<R> = fn(&Plan, &PlanData<<R as Real>::Scalar>, usize, &[R], &mut [f64], bool) -> Vec<MemberResult>;
+/// The value of each lane in each factor column.
+type LaneValues<'a> = &'a dyn Fn(usize, usize) -> f64;
+type MarchGroup<S> = fn(&PlanRows, &PlanData<S>, usize, LaneValues<'_>, &mut [f64], bool) -> Vec<MemberResult>;
 
-/// [`march_group`], compiled for one instruction set.
-pub(super) struct Kernel<R: Real> {
-    with_gas: MarchGroup<R>,
-    without_gas: MarchGroup<R>,
+/// [`march_group`], compiled for one instruction set and number type, whose scalar is `S`. An
+/// [`InstructionSet`](crate::instruction_set::InstructionSet) has those that the processor can run.
+pub struct Kernel<S: 'static> {
+    lanes: usize,
+    with_gas: MarchGroup<S>,
+    without_gas: MarchGroup<S>,
 }
 
-impl<R: Real> Kernel<R> {
+impl<S> Kernel<S> {
+    /// Members marched at once; of a kernel with derivatives, a member and its derivatives.
+    pub fn lanes(&self) -> usize {
+        self.lanes
+    }
+
     /// March one SIMD group, given the value of each lane in each factor column, and return the results of the first
-    /// `lanes` lanes; with the states of all cells of the first lane if `reads_cells`.
-    pub(super) fn march(
+    /// `lanes` lanes; with the states of all cells of the first lane if `reads_cells`. Temperatures are lane × sensor ×
+    /// record.
+    pub fn march(
         &self,
-        plan: &Plan,
-        rows: &PlanData<R::Scalar>,
+        plan: &PlanRows,
+        rows: &PlanData<S>,
         lanes: usize,
-        value: impl Fn(usize, usize) -> f64,
+        value: LaneValues<'_>,
         temperatures_k: &mut [f64],
         reads_cells: bool,
     ) -> Vec<MemberResult> {
-        let columns: Vec<R> = (0..=plan.factors).map(|column| R::from_lanes(|lane| value(lane, column))).collect();
         let march = if plan.gas.is_some() { self.with_gas } else { self.without_gas };
-        march(plan, rows, lanes, &columns, temperatures_k, reads_cells)
+        march(plan, rows, lanes, value, temperatures_k, reads_cells)
     }
 }
 
@@ -46,11 +53,11 @@ impl<R: Real> Kernel<R> {
 /// function on one thread.
 macro_rules! kernel {
     ($name:ident, $instructions:ty, $real:ty) => {
-        pub(in crate::march::cpu) mod $name {
+        pub(crate) mod $name {
             use super::*;
 
-            pub(in crate::march::cpu) const KERNEL: Kernel<$real> =
-                Kernel { with_gas: with_gas::march, without_gas: without_gas::march };
+            pub(crate) const KERNEL: Kernel<<$real as Real>::Scalar> =
+                Kernel { lanes: <$real as Real>::LANES, with_gas: with_gas::march, without_gas: without_gas::march };
 
             kernel!(with_gas, $instructions, $real, true);
             kernel!(without_gas, $instructions, $real, false);
@@ -61,13 +68,15 @@ macro_rules! kernel {
             use super::*;
 
             pub(super) fn march(
-                plan: &Plan,
+                plan: &PlanRows,
                 rows: &PlanData<<$real as Real>::Scalar>,
                 lanes: usize,
-                columns: &[$real],
+                value: LaneValues<'_>,
                 temperatures_k: &mut [f64],
                 reads_cells: bool,
             ) -> Vec<MemberResult> {
+                let columns: Vec<$real> =
+                    (0..=plan.factors).map(|column| Real::from_lanes(|lane| value(lane, column))).collect();
                 // Apart from the start and the results: a march that owns nothing, and so has nothing to drop where it
                 // panics, takes 0.93 of the time (benches/LOG.md).
                 let mut member = <$instructions>::invoke(
@@ -115,23 +124,21 @@ kernel!(neon_f32, Neon, F32Lanes<Neon>);
 kernel!(neon_derivatives_f64, Neon, DerivativesF64<Neon>);
 
 /// Results of a member other than temperatures.
-pub(super) struct MemberResult {
-    pub(super) diverged_at_step: Option<usize>,
-    balance: Balance,
-    pub(super) extremes_k: Vec<(f64, f64)>,
-    /// Gauge × instant.
-    gauges: Vec<f64>,
+pub struct MemberResult {
+    /// The step on which it diverged, if it did.
+    pub diverged_at_step: Option<usize>,
+    /// Heat through the faces and from and to the holder, in the order of [`HEAT_TOTALS`], J/m².
+    pub heat_j_m2: [f64; HEAT_TOTALS],
+    /// Heat stored since the start, J/m².
+    pub stored_j_m2: f64,
+    /// See [`Member::gas_balance`].
+    pub gas_balance: [f64; 6],
+    /// Coldest and hottest temperature of each ply, K.
+    pub extremes_k: Vec<(f64, f64)>,
+    /// Gauge × record.
+    pub gauges: Vec<f64>,
     /// Quantity × cell × record, where they are read.
-    pub(super) cell_states: Vec<f64>,
-}
-
-impl MemberResult {
-    pub(super) fn into_traces(self, status: MemberStatus, traces: &mut Traces) {
-        traces.statuses.push(status);
-        traces.balances.push(self.balance);
-        traces.extremes_k.extend(self.extremes_k);
-        traces.gauges.extend(self.gauges);
-    }
+    pub cell_states: Vec<f64>,
 }
 
 /// What the members of a group record, each from the start of the march to its end.
@@ -147,7 +154,7 @@ struct Records<'a> {
 
 impl<'a> Records<'a> {
     /// For this many members.
-    fn new(plan: &Plan, lanes: usize, temperatures_k: &'a mut [f64], reads_cells: bool) -> Self {
+    fn new(plan: &PlanRows, lanes: usize, temperatures_k: &'a mut [f64], reads_cells: bool) -> Self {
         let cells = if reads_cells { plan.cells() } else { 0 };
         Self {
             lanes,
@@ -163,8 +170,9 @@ impl<'a> Records<'a> {
         (0..self.lanes)
             .map(|lane| MemberResult {
                 diverged_at_step: member.diverged_at(lane),
-                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane))
-                    .with_gas(member.gas_balance(lane)),
+                heat_j_m2: member.heat_j_m2(lane),
+                stored_j_m2: member.stored_j_m2(lane),
+                gas_balance: member.gas_balance(lane),
                 extremes_k: (0..member.plies()).map(|ply| member.extremes_k(ply, lane)).collect(),
                 gauges: self.gauges[lane * size..(lane + 1) * size].to_vec(),
                 cell_states: if lane == 0 { std::mem::take(&mut self.cell_states) } else { Vec::new() },

@@ -1,11 +1,10 @@
-//! Plain-data rows of a plan: the only types that are uploaded to a device.
+//! What a march reads of a plan: rows of plain data, sizes and switches. Only rows are uploaded to a device.
 //!
 //! Real-valued rows are generic over the scalar and hold only reals, so that one definition serves f32 and f64; index
 //! rows are `u32`. The WGSL structs of a kernel are generated from these definitions.
 
 use std::sync::Arc;
 
-#[cfg(feature = "gpu")]
 /// The WGSL layout of a row: its name, its scalar (`real` or `u32`), and its fields in order.
 pub struct RowLayout {
     pub name: &'static str,
@@ -32,11 +31,9 @@ macro_rules! rows {
             pub struct $name<S> { $($(#[$doc])* pub $field: S),+ }
 
             impl<S: Copy> $name<S> {
-                #[cfg(feature = "gpu")]
                 /// Names of the fields, as in WGSL.
                 pub const FIELDS: &'static [&'static str] = &[$(stringify!($field)),+];
 
-                #[cfg(feature = "gpu")]
                 /// Append the fields in order.
                 pub fn flatten(&self, into: &mut Vec<S>) {
                     into.extend([$(self.$field),+]);
@@ -46,7 +43,6 @@ macro_rules! rows {
             rows!(@map $scalar $name $($field),+);
         )+
 
-        #[cfg(feature = "gpu")]
         /// Layouts of all rows.
         pub const ROWS: &[RowLayout] = &[$(RowLayout {
             name: stringify!($name),
@@ -142,7 +138,7 @@ rows! {
         /// Tabulated states: all, or the virgin one alone where the properties of every residue are multiples of its.
         rows,
         /// Conductivity columns that the factors need separately: see
-        /// [`Plan::conductivity_parts`](super::Plan::conductivity_parts).
+        /// [`PlanRows::conductivity_parts`].
         parts,
         /// 1 where the ply above is of the same material, else 0.
         same_material_above,
@@ -255,6 +251,99 @@ pub const HEAT_TOTALS: usize = 6;
 
 /// Marks a step that ends on no instant.
 pub const NO_INSTANT: u32 = u32::MAX;
+
+/// Models of gas transport.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GasTransport {
+    /// Gas leaves at the hot face at once, without heat exchange with the solid.
+    Instantaneous,
+    /// Gas flows to the hot face without storage, in thermal equilibrium with the solid.
+    QuasiSteady,
+    /// Darcy's law with storage in the pores.
+    Darcy,
+}
+
+/// All that a march reads of a plan.
+#[derive(Clone, Debug)]
+pub struct PlanRows {
+    /// Number of the record at the start and at the end of each step, or [`NO_INSTANT`].
+    pub record_at_step: Vec<u32>,
+    /// Records of every sensor in a march.
+    pub records: usize,
+    pub plies: Vec<Ply<u32>>,
+    /// Ply × state.
+    pub conductivity_columns: Vec<ConductivityColumns<u32>>,
+    /// Factor columns of the hot face and of the back face.
+    pub face_columns: [FaceColumns<u32>; 2],
+    /// Location of each sensor, then the rows of the temperature limits.
+    pub sensor_locations: Vec<SensorLocation<u32>>,
+    /// Sensors of the case: the first of these rows.
+    pub sensors: usize,
+    /// Whether a factor scales the depth of a sensor; the march skips displaced readings otherwise.
+    pub has_depth_factors: bool,
+    /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
+    /// where a factor on density scales extinction. Three: solid, gas and radiative, where a factor scales a part.
+    pub conductivity_parts: usize,
+    /// Pressure levels in the tables: one where the pressure is constant.
+    pub pressure_levels: usize,
+    /// The pressure at the middle level, Pa.
+    pub middle_level_pa: f64,
+    /// Maximum number of states of a ply, and of reactions.
+    pub max_states: usize,
+    pub max_reactions: usize,
+    /// The states that each reaction consumes and produces.
+    pub reaction_paths: Vec<ReactionPath<u32>>,
+    /// Gas transport; `None` without gas.
+    pub gas: Option<GasTransport>,
+    /// Whether gauges are recorded at every instant, in a case with gas.
+    pub has_gauges: bool,
+    /// Whether the back face is permeable to gas.
+    pub back_is_open: bool,
+    /// Faces that are not insulated, counted from the hot face: 2, or 1 where the march skips the back face.
+    pub exchanging_faces: usize,
+    /// Whether a holder takes heat sideways; the march skips it otherwise.
+    pub has_holder: bool,
+    /// Number of factors; an ensemble has one column more.
+    pub factors: usize,
+    pub data: PlanData<f64>,
+}
+
+impl PlanRows {
+    /// Steps of a march.
+    pub fn steps(&self) -> usize {
+        self.data.step_lengths_s.len()
+    }
+
+    /// Cells through the thickness.
+    pub fn cells(&self) -> usize {
+        self.data.cells.len()
+    }
+
+    /// Properties of a state in a table row.
+    pub fn properties(&self) -> usize {
+        properties_per_state(self.conductivity_parts)
+    }
+
+    /// Offset of the table of the faces.
+    pub fn face_table(&self) -> usize {
+        self.data.tables.len() - TABLE_NODES * FACE_COLUMNS
+    }
+
+    /// Whether there are rows of temperature limits.
+    pub fn has_limit_rows(&self) -> bool {
+        self.sensor_locations.len() > self.sensors
+    }
+
+    /// Number of gauges recorded at every instant: all, or none.
+    pub fn gauges(&self) -> usize {
+        if self.has_gauges { GAUGES } else { 0 }
+    }
+}
+
+/// Properties of a state in a table row: four, or eight where its conductivity is in parts.
+pub fn properties_per_state(conductivity_parts: usize) -> usize {
+    if conductivity_parts > 1 { 8 } else { 4 }
+}
 
 /// The real-valued data of a plan, in the scalar of a march.
 #[derive(Clone, Debug)]

@@ -3,6 +3,10 @@
 //! `C(T) dT/dt = F_above − F_below` on finite volumes, heat flux positive towards the back face. Both twins hold the
 //! same functions in the same order and do the same operations in the same order. Loops therefore run over indices, as
 //! in the shader.
+//!
+//! A package of its own, internal to `bondline`: its kernels are half the build, so they compile beside the rest, and
+//! once for the library and its tests.
+#![expect(missing_docs, reason = "not part of the public interface")]
 
 pub mod cell_state;
 pub mod compensated;
@@ -17,7 +21,10 @@ pub mod gas;
 mod gas_advection;
 mod gauges;
 pub mod holder;
+pub mod instruction_set;
+pub mod kernel;
 pub mod lanes;
+pub mod layout;
 pub mod material;
 pub mod member;
 mod mixture;
@@ -31,15 +38,14 @@ pub mod table;
 pub mod thermocouple;
 pub mod tridiagonal;
 
-use crate::plan::layout::COLUMNS_PER_LOAD;
 use double_word::{Omitted, SecondWord, Stored};
+use layout::COLUMNS_PER_LOAD;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// γ of the time scheme, 1 − 1/√2: see [`step`].
 const GAMMA: f64 = 0.292_893_218_813_452_4;
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
-#[cfg(test)]
 pub const TWINS: &[&str] = &[
     "compensated",
     "exponential",
@@ -65,8 +71,7 @@ pub const TWINS: &[&str] = &[
 ];
 
 /// The constants of the twins by their names in WGSL, whose text has no numbers of its own for them.
-#[cfg(feature = "gpu")]
-pub(crate) fn constants() -> Vec<(String, f64)> {
+pub fn constants() -> Vec<(String, f64)> {
     let named = [
         ("LOG2_E", exponential::LOG2_E),
         ("LN_2", std::f64::consts::LN_2),
