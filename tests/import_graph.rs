@@ -14,10 +14,17 @@ struct File {
     exports: BTreeMap<String, Path>,
 }
 
-/// `src/plan/mod.rs` and `src/plan.rs` are `plan`; `src/lib.rs` is the root. The command is another crate.
+/// `src/plan/mod.rs` and `src/plan.rs` are `plan`; `src/lib.rs` is the root. The command is another crate, and so are
+/// the physics, which the library imports as a module.
 fn module(file: &str) -> Path {
     let inner = file.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
+    let inner = inner.trim_end_matches("/lib");
     if inner == "lib" { Vec::new() } else { inner.split('/').map(str::to_owned).collect() }
+}
+
+/// The root of the package of a module.
+fn root(module: &[String]) -> Path {
+    module.iter().take_while(|name| *name == "physics").cloned().collect()
 }
 
 /// The paths of an import tree: `a::{b, c::d}` is `a::b` and `a::c::d`.
@@ -43,7 +50,7 @@ fn absolute(path: &str, module: &[String], submodules: &BTreeSet<Path>) -> Optio
     let mut base = module.to_vec();
     match segments[0] {
         "crate" => {
-            base.clear();
+            base = root(module);
             segments.remove(0);
         }
         "self" => {
@@ -88,8 +95,8 @@ fn parsed(path: &str, text: &str, modules: &BTreeSet<Path>) -> File {
         } else {
             for rest in statement.split("crate::").skip(1) {
                 let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':').unwrap_or(rest.len());
-                let path = rest[..end].split("::").filter(|segment| !segment.is_empty()).map(str::to_owned).collect();
-                imports.push(path);
+                let segments = rest[..end].split("::").filter(|segment| !segment.is_empty()).map(str::to_owned);
+                imports.push(root(&own).into_iter().chain(segments).collect());
             }
         }
     }
@@ -167,5 +174,10 @@ fn a_cycle_through_a_list_a_re_export_or_a_third_file_is_caught() {
         let steps = ("src/plan/step_data.rs", "use super::time_grid::TimeGrid;");
         let found = of(&[root, plan, sound, steps, ("src/plan/grid.rs", grid)]);
         assert!(found.contains(&"plan::grid".to_owned()), "{grid}: {found:?}");
+    }
+    let physics = ("src/physics/lib.rs", "mod step;\nmod state;");
+    let state = ("src/physics/state.rs", "use crate::step::Step;");
+    for step in ["use super::state::State;", "fn f() -> crate::state::State {}"] {
+        assert_eq!(of(&[root, physics, state, ("src/physics/step.rs", step)]).len(), 2, "{step}");
     }
 }

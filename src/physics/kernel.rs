@@ -18,7 +18,7 @@ use simdeez::prelude::Simd;
 type LaneValues<'a> = &'a dyn Fn(usize, usize) -> f64;
 type MarchGroup<S> = fn(&PlanRows, &PlanData<S>, usize, LaneValues<'_>, &mut [f64], bool) -> Vec<MemberResult>;
 
-/// [`march_group`], compiled for one instruction set and number type, whose scalar is `S`. An
+/// The march of a group, compiled for one instruction set and number type, whose scalar is `S`. An
 /// [`InstructionSet`](crate::instruction_set::InstructionSet) has those that the processor can run.
 pub struct Kernel<S: 'static> {
     lanes: usize,

@@ -65,7 +65,7 @@ pub(super) fn flatten_rows<S: Pod, T>(rows: &[T], fields: usize, flatten: impl F
     words
 }
 
-/// Flattens rows of a type of `plan/layout.rs`.
+/// Flattens rows of a type of `physics/layout.rs`.
 macro_rules! flat {
     ($kind:ident of $rows:expr) => {
         $crate::march::gpu::layout::flatten_rows(&$rows[..], $kind::<u32>::FIELDS.len(), |row, into| row.flatten(into))

@@ -173,7 +173,7 @@ pub(super) fn source_without_lengths(
     line(format_args!("const MIDDLE_PA = {:?};", plan.rows.middle_level_pa));
     line(format_args!("const TABLE_STEP_K = {TABLE_STEP_K:?};"));
     line(format_args!(
-        "// Generated from src/plan/layout.rs, src/march/gpu/layout.rs and src/march/gpu/state.rs.\n{}",
+        "// Generated from src/physics/layout.rs, src/march/gpu/layout.rs and src/march/gpu/state.rs.\n{}",
         declarations()
     ));
     let across = if threads == 1 { SINGLE_THREAD } else { COOPERATIVE };
