@@ -66,12 +66,16 @@
 //! - [`report`]: pages, figures and tables
 //! - [`verify`]: verification against exact solutions, other codes and refined grids
 //!
-//! The library does not print and has no global state. Only [`Case::load`] and the materials that it names read files,
-//! and only [`report`] writes them.
+//! The library does not print, apart from the command, and has no global state. Only [`Case::load`] and the materials
+//! that it names read files, and only [`report`] writes them.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod adapt;
 pub mod case;
+/// For the binary and the Python package; not part of the public interface.
+#[cfg(feature = "command")]
+#[doc(hidden)]
+pub mod command;
 pub mod ensemble;
 pub mod fit;
 pub mod limits;

@@ -1,10 +1,10 @@
 //! A case, with its open session.
 
-use crate::command::args::{Cli, Command, MarchArgs, convert};
 use crate::errors;
 use crate::question::{self, Answers};
 use crate::work::Watch;
 use bondline::case::FileSource;
+use bondline::command::args::{Cli, Command, MarchArgs, convert};
 use bondline::session::{Options, PlanCache};
 use bondline::study::sweep_piece::fingerprint;
 use bondline::study::thermocouple_residuals::samples;

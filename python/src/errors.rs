@@ -1,6 +1,6 @@
 //! Exceptions.
 
-use crate::command::exit::Failure;
+use bondline::command::exit::Failure;
 use bondline::session::SessionError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt};

@@ -4,15 +4,13 @@
 //! messages. The package in `python/bondline` gives them Python names and types.
 
 mod case;
-#[path = "../../src/command/mod.rs"]
-#[allow(unreachable_pub, reason = "the module is written for a binary")]
-mod command;
 mod errors;
 mod log_parts;
 mod question;
 mod sweep;
 mod work;
 
+use bondline::command;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;

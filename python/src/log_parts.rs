@@ -1,9 +1,9 @@
 //! Minimisations of an estimate from many starts and fits of a coverage study, for other processes.
 
 use crate::case::{Case, parse};
-use crate::command::args::{Command, convert};
 use crate::errors;
 use crate::question::{Answers, estimate_options};
+use bondline::command::args::{Command, convert};
 use bondline::session::{EstimateOptions, LogPart, TwinStudyOptions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

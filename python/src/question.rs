@@ -1,10 +1,10 @@
 //! Questions to a session, and their answers.
 
 use crate::case::{Case, parse};
-use crate::command::args::{Command, FitArgs, ObservationArgs, PosteriorArgs, convert};
-use crate::command::run::load_all;
 use crate::errors;
 use bondline::Session;
+use bondline::command::args::{Command, FitArgs, ObservationArgs, PosteriorArgs, convert};
+use bondline::command::run::load_all;
 use bondline::report::files::OutputFolder;
 use bondline::session::{EstimateOptions, SessionError, StudyOptions};
 use bondline::traces::{MemberStatus, Traces};

@@ -1,9 +1,9 @@
 //! Parts of a sweep, for other processes: each is computed, sent and merged as bytes.
 
 use crate::case::{Case, parse};
-use crate::command::args::{Command, convert};
 use crate::errors;
 use crate::question::Answers;
+use bondline::command::args::{Command, convert};
 use bondline::session::{SweepMerger, UncertaintyOptions};
 use bondline::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
 use pyo3::exceptions::PyValueError;

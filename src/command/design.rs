@@ -1,11 +1,11 @@
 //! `bondline design`: the thermocouples, the exposure and the run length from which factors are estimated best.
 
+use crate::case::Case;
 use crate::command::args::convert;
 use crate::command::args::{CaseArgs, DesignArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load, load_all};
-use bondline::case::Case;
-use bondline::study::experiment_design::{ExperimentDesign, Scenario};
+use crate::study::experiment_design::{ExperimentDesign, Scenario};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 

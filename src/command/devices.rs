@@ -1,10 +1,10 @@
 //! `bondline devices`: the devices of this machine.
 
 use crate::command::exit::{Failure, Output};
-use bondline::march::Precision;
-use bondline::march::gpu::device::{self, Adapter, Device};
-use bondline::march::gpu::self_tests::SelfTests;
-use bondline::report::terminal::wrap;
+use crate::march::Precision;
+use crate::march::gpu::device::{self, Adapter, Device};
+use crate::march::gpu::self_tests::SelfTests;
+use crate::report::terminal::wrap;
 use serde_json::{Value, json};
 use std::fmt::Write;
 

@@ -4,7 +4,7 @@ use crate::command::args::convert;
 use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, ResumeArgs};
 use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load, load_all};
-use bondline::session::EstimateOptions;
+use crate::session::EstimateOptions;
 use std::path::{Path, PathBuf};
 
 /// Arguments of an estimate.

@@ -1,13 +1,13 @@
 //! Output and errors of a command, and the exit code of each error.
 
-use bondline::case::CaseError;
-use bondline::march::MarchError;
-use bondline::report::ReportError;
-use bondline::session::{InputError, SessionError};
+use crate::case::CaseError;
+use crate::march::MarchError;
+use crate::report::ReportError;
+use crate::session::{InputError, SessionError};
 use std::io::ErrorKind;
 
 /// The output of a command that ran.
-pub(crate) struct Output {
+pub struct Output {
     /// Text for standard output.
     pub text: String,
     /// The reason for exit code 1, if the command ran and failed all the same.
@@ -15,7 +15,7 @@ pub(crate) struct Output {
 }
 
 /// The error of a command that did not run to its end.
-pub(crate) enum Failure {
+pub enum Failure {
     /// Wrong input: exit code 2.
     Input(anyhow::Error),
     /// Device error: exit code 3.
@@ -26,7 +26,7 @@ pub(crate) enum Failure {
 
 impl Failure {
     /// The exit code, and the message for standard error.
-    pub(crate) fn code_and_message(&self) -> (u8, String) {
+    pub fn code_and_message(&self) -> (u8, String) {
         match self {
             Self::Report(error) => (1, error.to_string()),
             Self::Input(error) => (2, error.to_string()),
@@ -36,12 +36,12 @@ impl Failure {
 }
 
 /// An error of the input.
-pub(crate) fn input(message: impl ToString) -> Failure {
+pub fn input(message: impl ToString) -> Failure {
     Failure::Input(anyhow::anyhow!(message.to_string()))
 }
 
 /// An error of opening the folder of the outputs, before any work. A full disk is no error of the input.
-pub(crate) fn unusable_folder(error: ReportError) -> Failure {
+pub fn unusable_folder(error: ReportError) -> Failure {
     match error {
         ReportError::Io { ref source, .. } if source.kind() != ErrorKind::StorageFull => Failure::Input(error.into()),
         other => other.into(),
@@ -49,7 +49,7 @@ pub(crate) fn unusable_folder(error: ReportError) -> Failure {
 }
 
 /// An error of writing an output.
-pub(crate) fn unwritten(message: impl ToString) -> Failure {
+pub fn unwritten(message: impl ToString) -> Failure {
     Failure::Report(anyhow::anyhow!(message.to_string()))
 }
 

@@ -1,18 +1,18 @@
 //! `bondline materials`: the material database, and the import of materials.
 
+use crate::case::{
+    ImportRecord, ImportedMaterial, Material, MaterialColumns, OutOfRange, PatoHeat, PatoOptions, PropertyColumns,
+    SourceKind,
+};
 use crate::command::args::convert;
 use crate::command::args::{
     DirectionArg, ImportCommand, MaterialsCommand, OutsideArg, PatoArgs, PatoHeatArg, RecordArgs, TableArgs,
 };
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::run::print_renamed_keys;
-use bondline::case::{
-    ImportRecord, ImportedMaterial, Material, MaterialColumns, OutOfRange, PatoHeat, PatoOptions, PropertyColumns,
-    SourceKind,
-};
-use bondline::report::files;
-use bondline::report::materials;
-use bondline::study::run_record::utc_date;
+use crate::report::files;
+use crate::report::materials;
+use crate::study::run_record::utc_date;
 use std::path::Path;
 
 pub(crate) fn run(action: MaterialsCommand) -> Result<Output, Failure> {
@@ -66,7 +66,7 @@ fn import_pato(args: &PatoArgs) -> Result<String, Failure> {
 /// Import a material and write its file, whole or not at all.
 fn write(
     args: &RecordArgs,
-    import: impl FnOnce(&ImportRecord<'_>) -> Result<ImportedMaterial, bondline::case::CaseError>,
+    import: impl FnOnce(&ImportRecord<'_>) -> Result<ImportedMaterial, crate::case::CaseError>,
 ) -> Result<String, Failure> {
     let out = &args.out;
     if out.exists() && !args.force {

@@ -1,15 +1,15 @@
 //! The Parquet files of `--keep`, written batch by batch as members complete.
 
+use crate::Session;
 use crate::command::args::KeepArg;
 use crate::command::exit::{Failure, input};
 use crate::command::resume::Resumable;
-use bondline::Session;
-use bondline::ensemble::Ensemble;
-use bondline::report::ReportError;
-use bondline::report::files::{MemberRow, MembersFile, TracesFile};
-use bondline::session::{CancelToken, SessionError};
-use bondline::study::nominal::Peak;
-use bondline::traces::{MemberStatus, Traces};
+use crate::ensemble::Ensemble;
+use crate::report::ReportError;
+use crate::report::files::{MemberRow, MembersFile, TracesFile};
+use crate::session::{CancelToken, SessionError};
+use crate::study::nominal::Peak;
+use crate::traces::{MemberStatus, Traces};
 use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;

@@ -3,9 +3,9 @@
 use crate::command::args::{MergeArgs, convert};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::run::{output_text, print_renamed_keys, too_many_failed};
-use bondline::report::files::{OutputFolder, check_writable};
-use bondline::session::{self, MissingMembers};
-use bondline::study::sweep_piece::equal_piece;
+use crate::report::files::{OutputFolder, check_writable};
+use crate::session::{self, MissingMembers};
+use crate::study::sweep_piece::equal_piece;
 use std::fs::DirEntry;
 use std::ops::Range;
 use std::path::PathBuf;

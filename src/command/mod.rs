@@ -1,12 +1,12 @@
-//! The command: arguments are converted to options of a [`Session`](bondline::Session), whose answers become text and
+//! The command: arguments are converted to options of a [`Session`](crate::Session), whose answers become text and
 //! an exit code.
 
-pub(crate) mod args;
+pub mod args;
 mod completions;
 mod design;
 mod devices;
 mod estimate;
-pub(crate) mod exit;
+pub mod exit;
 mod history;
 mod init;
 mod man;
@@ -17,7 +17,7 @@ mod observations;
 mod predict;
 mod progress;
 mod resume;
-pub(crate) mod run;
+pub mod run;
 mod sensitivity;
 mod size;
 mod stop;
@@ -35,7 +35,7 @@ use std::ffi::OsString;
 use uncertainty::Part;
 
 /// Run the command with its words, the first of which is its name, and return the exit code.
-pub(crate) fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
+pub fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
     let (arguments, notes) = renamed::replace_old_names(words);
     for note in notes {
         terminal::print_error(&note);

@@ -1,6 +1,6 @@
 //! A progress bar on standard error.
 
-use bondline::session::Progress;
+use crate::session::Progress;
 use indicatif::style::ProgressTracker;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;

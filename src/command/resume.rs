@@ -1,10 +1,10 @@
 //! Finished work of an interrupted run: whether to go on from it, to refuse, or to start anew.
 
+use crate::case::unit::Dimension;
 use crate::command::args::{CaseArgs, ResumeArgs, convert};
 use crate::command::exit::{Failure, input, unwritten};
 use crate::command::terminal::print_error;
-use bondline::case::unit::Dimension;
-use bondline::session::{Checkpoint, KeptWork};
+use crate::session::{Checkpoint, KeptWork};
 use std::path::PathBuf;
 use std::time::Duration;
 

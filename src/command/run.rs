@@ -1,5 +1,7 @@
 //! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
+use crate::Session;
+use crate::case::{Case, RenamedKey};
 use crate::command::args::convert;
 use crate::command::args::renamed;
 use crate::command::args::{CaseArgs, MarchArgs, ResumeArgs};
@@ -8,11 +10,9 @@ use crate::command::progress::MarchProgress;
 use crate::command::resume::{Resumable, time_limit};
 use crate::command::stop::token_of_signals;
 use crate::command::terminal::print_error;
-use bondline::Session;
-use bondline::case::{Case, RenamedKey};
-use bondline::report::files::OutputFolder;
-use bondline::session::{Answers, CancelToken};
-use bondline::study::uncertainty::{self, failure_reason};
+use crate::report::files::OutputFolder;
+use crate::session::{Answers, CancelToken};
+use crate::study::uncertainty::{self, failure_reason};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -152,7 +152,7 @@ pub(crate) fn too_many_failed(
 }
 
 /// The cases at these paths. Two cases of one id are refused, as the report distinguishes cases by their ids.
-pub(crate) fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &MarchArgs) -> Result<Vec<Case>, Failure> {
+pub fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &MarchArgs) -> Result<Vec<Case>, Failure> {
     let mut cases: Vec<Case> = Vec::new();
     for path in paths {
         let case = load(path, march)?;

@@ -1,6 +1,6 @@
 //! Interruption by the user: Ctrl-C and a request to terminate stop a study after the current batch of members.
 
-use bondline::session::CancelToken;
+use crate::session::CancelToken;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 

@@ -5,7 +5,7 @@ use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, PosteriorArgs, Pr
 use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load, too_many_failed};
 use crate::command::terminal::print_error;
-use bondline::session::StudyOptions;
+use crate::session::StudyOptions;
 
 /// What a study keeps and adds.
 pub(crate) struct Kept<'a> {

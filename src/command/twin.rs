@@ -1,14 +1,14 @@
 //! `bondline twin`: synthetic observations from known factors, and coverage studies of many sets of them.
 
+use crate::Session;
 use crate::command::args::convert;
 use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, ResumeArgs, TwinArgs};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
 use crate::command::run::{Run, load};
-use bondline::Session;
-use bondline::march::Precision;
-use bondline::report;
-use bondline::session::TwinOptions;
+use crate::march::Precision;
+use crate::report;
+use crate::session::TwinOptions;
 use std::path::{Path, PathBuf};
 
 /// Write the observations of one set of true factors.

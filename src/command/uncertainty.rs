@@ -1,5 +1,6 @@
 //! `bondline uncertainty`: a Monte Carlo sweep over the factors, or a part of one.
 
+use crate::case::Case;
 use crate::command::args::convert;
 use crate::command::args::{CaseArgs, KeepArg, ProfileArgs, ResumeArgs, SweepArgs};
 use crate::command::exit::{Failure, Output, unusable_folder};
@@ -8,11 +9,10 @@ use crate::command::progress::MarchProgress;
 use crate::command::resume::Resumable;
 use crate::command::run::{Run, load, open_session, output_path, too_many_failed};
 use crate::command::stop::token_of_signals;
-use bondline::case::Case;
-use bondline::march::{Backend, Precision};
-use bondline::report::files::PartFolder;
-use bondline::session::UncertaintyOptions;
-use bondline::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, file_name, fingerprint};
+use crate::march::{Backend, Precision};
+use crate::report::files::PartFolder;
+use crate::session::UncertaintyOptions;
+use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, file_name, fingerprint};
 use std::ops::Range;
 use std::path::Path;
 

@@ -3,13 +3,13 @@
 use crate::command::args::MarchArgs;
 use crate::command::args::convert;
 use crate::command::exit::{Failure, Output, input};
-use bondline::march::backend_selection::{self, BackendKind};
-use bondline::march::cpu::Cpu;
-use bondline::march::gpu::Gpu;
-use bondline::march::gpu::device::{self, Device};
-use bondline::march::{March, Precision};
-use bondline::plan::Plan;
-use bondline::verify::{Group, problems::flexible, text_table, verification_rows};
+use crate::march::backend_selection::{self, BackendKind};
+use crate::march::cpu::Cpu;
+use crate::march::gpu::Gpu;
+use crate::march::gpu::device::{self, Device};
+use crate::march::{March, Precision};
+use crate::plan::Plan;
+use crate::verify::{Group, problems::flexible, text_table, verification_rows};
 use serde_json::json;
 
 /// Compute every problem and print the table. The chosen backend is compared with the references; all backends are

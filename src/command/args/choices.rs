@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BackendArg {
+pub enum BackendArg {
     /// A hardware GPU if there is one and the run is long enough to pay for opening it, otherwise the CPU
     Auto,
     /// The CPU
@@ -13,7 +13,7 @@ pub(crate) enum BackendArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PrecisionArg {
+pub enum PrecisionArg {
     /// Single precision
     F32,
     /// Double precision
@@ -21,7 +21,7 @@ pub(crate) enum PrecisionArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SamplingArg {
+pub enum SamplingArg {
     /// Normal, with two standard deviations at each bound, truncated there
     Normal,
     /// Uniform between the bounds
@@ -33,7 +33,7 @@ pub(crate) enum SamplingArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum CriterionArg {
+pub enum CriterionArg {
     /// Determinant of the covariance of the factors: the volume of their confidence region
     D,
     /// Sum of the variances of the factors, in units of their priors
@@ -43,7 +43,7 @@ pub(crate) enum CriterionArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BoundsArg {
+pub enum BoundsArg {
     /// The key `small` of each factor
     Small,
     /// The key `large` of each factor
@@ -51,7 +51,7 @@ pub(crate) enum BoundsArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PriorArg {
+pub enum PriorArg {
     /// No prior
     None,
     /// Two standard deviations at the small bounds
@@ -61,7 +61,7 @@ pub(crate) enum PriorArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MinimiserArg {
+pub enum MinimiserArg {
     /// Steps within a trust region, whose radius follows the ratio of actual to predicted reduction
     TrustRegion,
     /// Damping times ten after a failed step and divided by ten after a successful one, as in the paper
@@ -69,7 +69,7 @@ pub(crate) enum MinimiserArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DerivativeArg {
+pub enum DerivativeArg {
     /// Exact derivatives (forward-mode automatic differentiation)
     Tangent,
     /// Central differences, as in the paper
@@ -77,7 +77,7 @@ pub(crate) enum DerivativeArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum FormatArg {
+pub enum FormatArg {
     /// Vector graphics for browsers
     Svg,
     /// Vector graphics for documents
@@ -87,7 +87,7 @@ pub(crate) enum FormatArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum KeepArg {
+pub enum KeepArg {
     /// Factors, status and peak temperatures
     Members,
     /// These, and the temperatures over time in a second file
@@ -95,7 +95,7 @@ pub(crate) enum KeepArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum TemplateArg {
+pub enum TemplateArg {
     /// Cloth, insulation and gas barrier under a square heat pulse
     Layup,
     /// Felt whose hot face is held at the readings of a thermocouple
@@ -108,7 +108,7 @@ pub(crate) enum TemplateArg {
 
 impl TemplateArg {
     /// Names and descriptions of all templates.
-    pub(crate) fn all() -> impl Iterator<Item = (String, String)> {
+    pub fn all() -> impl Iterator<Item = (String, String)> {
         let values = Self::value_variants().iter().filter_map(Self::to_possible_value);
         values.map(|value| {
             let description = value.get_help().map(ToString::to_string).unwrap_or_default();
@@ -118,7 +118,7 @@ impl TemplateArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum OutsideArg {
+pub enum OutsideArg {
     /// The end value
     Clamp,
     /// The line of the last two rows, continued
@@ -128,7 +128,7 @@ pub(crate) enum OutsideArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PatoHeatArg {
+pub enum PatoHeatArg {
     /// Enthalpies of virgin and char with the heat of formation, as PATO by default
     Absolute,
     /// Heats h of the reactions
@@ -136,7 +136,7 @@ pub(crate) enum PatoHeatArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DirectionArg {
+pub enum DirectionArg {
     /// First direction
     I,
     /// Second direction

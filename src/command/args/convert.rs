@@ -1,5 +1,7 @@
 //! Conversion of command-line arguments to options of the library.
 
+use crate::case::unit::{Dimension, parse_quantity};
+use crate::case::{Bounds, Case, LossFunction};
 use crate::command::args::{
     BackendArg, BoundsArg, CriterionArg, DerivativeArg, DesignArgs, FitArgs, FormatArg, HistoryArgs, MarchArgs,
     MinimiserArg, ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, RequirementArgs, SamplingArg,
@@ -7,31 +9,29 @@ use crate::command::args::{
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;
-use bondline::case::unit::{Dimension, parse_quantity};
-use bondline::case::{Bounds, Case, LossFunction};
-use bondline::ensemble::{self, Sampling};
-use bondline::fit::DampingStrategy;
-use bondline::fit::optimal_design::{Criterion, Robustness};
-use bondline::march::Precision;
-use bondline::march::backend_selection::{BackendKind, BackendOptions};
-use bondline::report::FigureFormat;
-use bondline::session::{
+use crate::ensemble::{self, Sampling};
+use crate::fit::DampingStrategy;
+use crate::fit::optimal_design::{Criterion, Robustness};
+use crate::march::Precision;
+use crate::march::backend_selection::{BackendKind, BackendOptions};
+use crate::report::FigureFormat;
+use crate::session::{
     Derivatives, DesignOptions, FitOptions, HistoryOptions, InstructionSet, ObservationSelection, Options, PlanCache,
     PlyChoice, SensitivityOptions, SizeOptions, Start, TradeOptions, TwinStudyOptions, UncertaintyOptions,
 };
-use bondline::study::depth_profiles::ProfileInstants;
-use bondline::study::estimate::PAPER_RULES;
-use bondline::study::flux_inversion::{HeatingQuantity, Smoothing};
-use bondline::study::posterior::Walkers;
-use bondline::study::sequential_sampling::PrecisionTarget;
-use bondline::study::sweep_piece;
+use crate::study::depth_profiles::ProfileInstants;
+use crate::study::estimate::PAPER_RULES;
+use crate::study::flux_inversion::{HeatingQuantity, Smoothing};
+use crate::study::posterior::Walkers;
+use crate::study::sequential_sampling::PrecisionTarget;
+use crate::study::sweep_piece;
 use std::ops::Range;
 
 /// The backend.
 ///
 /// # Errors
 /// When a Vulkan device is named for the CPU.
-pub(crate) fn choice(march: &MarchArgs) -> Result<BackendOptions, Failure> {
+pub fn choice(march: &MarchArgs) -> Result<BackendOptions, Failure> {
     if let (BackendArg::Cpu, Some(device)) = (march.backend, &march.device) {
         return Err(input(format!(
             "--device {device:?} names a Vulkan device, which --backend cpu does not use: leave out one of them"
@@ -61,19 +61,19 @@ fn instruction_set(name: &str) -> Result<InstructionSet, Failure> {
 }
 
 /// The formats of figures beside SVG.
-pub(crate) fn figure_formats(formats: &[FormatArg]) -> Vec<FigureFormat> {
+pub fn figure_formats(formats: &[FormatArg]) -> Vec<FigureFormat> {
     let others = [(FormatArg::Pdf, FigureFormat::Pdf), (FormatArg::Png, FigureFormat::Png)];
     others.into_iter().filter(|(given, _)| formats.contains(given)).map(|(_, format)| format).collect()
 }
 
-pub(crate) fn bounds(bounds: BoundsArg) -> Bounds {
+pub fn bounds(bounds: BoundsArg) -> Bounds {
     match bounds {
         BoundsArg::Small => Bounds::Small,
         BoundsArg::Large => Bounds::Large,
     }
 }
 
-pub(crate) fn sampling(sweep: &SweepArgs) -> Sampling {
+pub fn sampling(sweep: &SweepArgs) -> Sampling {
     let kind = match sweep.sampling {
         SamplingArg::Normal => ensemble::SamplingKind::Normal,
         SamplingArg::Uniform => ensemble::SamplingKind::Uniform,
@@ -84,7 +84,7 @@ pub(crate) fn sampling(sweep: &SweepArgs) -> Sampling {
 }
 
 /// The range `A..B` of members.
-pub(crate) fn member_range(text: &str, drawn: usize) -> Result<Range<usize>, Failure> {
+pub fn member_range(text: &str, drawn: usize) -> Result<Range<usize>, Failure> {
     let ends = text.split_once("..").map(|(first, end)| (first.trim().parse(), end.trim().parse()));
     match ends {
         Some((Ok(first), Ok(end))) if first < end && end <= drawn => Ok(first..end),
@@ -99,7 +99,7 @@ pub(crate) fn member_range(text: &str, drawn: usize) -> Result<Range<usize>, Fai
 }
 
 /// The members of piece `K/N`, and N. Without K it is the number of the task in a Slurm job array.
-pub(crate) fn equal_piece(text: &str, members: usize) -> Result<(Range<usize>, usize), Failure> {
+pub fn equal_piece(text: &str, members: usize) -> Result<(Range<usize>, usize), Failure> {
     let task = || {
         std::env::var("SLURM_ARRAY_TASK_ID").map_err(|_| {
             input(format!(
@@ -127,12 +127,12 @@ fn name_and_value<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str),
     text.split_once('=').ok_or_else(|| input(format!("{option} {text:?}: expected NAME=VALUE")))
 }
 
-pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
+pub fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
     pairs(sets, "--set")
 }
 
 /// Names and values of an option that may be repeated, each name once.
-pub(crate) fn pairs(texts: &[String], option: &str) -> Result<Vec<(String, String)>, Failure> {
+pub fn pairs(texts: &[String], option: &str) -> Result<Vec<(String, String)>, Failure> {
     let mut pairs: Vec<(String, String)> = Vec::new();
     for text in texts {
         let (name, value) = name_and_value(text, option)?;
@@ -145,7 +145,7 @@ pub(crate) fn pairs(texts: &[String], option: &str) -> Result<Vec<(String, Strin
 }
 
 /// Pairs `NAME=VALUE,...`; every value is positive.
-pub(crate) fn positive_values(texts: &[String], option: &str) -> Result<Vec<(String, f64)>, Failure> {
+pub fn positive_values(texts: &[String], option: &str) -> Result<Vec<(String, f64)>, Failure> {
     let value = |text: &String| {
         let (name, value) = name_and_value(text, option)?;
         Ok((name.trim().to_owned(), positive_number(text, value, option)?))
@@ -165,7 +165,7 @@ fn trimmed(names: &[String]) -> Vec<String> {
 }
 
 /// The words of the command.
-pub(crate) fn command_line() -> Vec<String> {
+pub fn command_line() -> Vec<String> {
     std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect()
 }
 
@@ -181,19 +181,19 @@ pub(crate) fn options(march: &MarchArgs, progress: &MarchProgress) -> Result<Opt
     Ok(options)
 }
 
-pub(crate) fn sweep(sweep: &SweepArgs) -> UncertaintyOptions {
+pub fn sweep(sweep: &SweepArgs) -> UncertaintyOptions {
     let Sampling { kind, seed } = sampling(sweep);
     let bounds = sweep.sampling_bounds.map_or(Bounds::Small, bounds);
     UncertaintyOptions { members: sweep.members, sampling: kind, seed, bounds }
 }
 
 /// The target of `--until`.
-pub(crate) fn precision_target(text: &str, case: &Case) -> Result<PrecisionTarget, Failure> {
+pub fn precision_target(text: &str, case: &Case) -> Result<PrecisionTarget, Failure> {
     PrecisionTarget::parse(text, case).map_err(|message| input(format!("--until {text:?}: {message}")))
 }
 
 /// The times of profiles through the thickness, checked for a case.
-pub(crate) fn depth_profiles(profiles: &ProfileArgs, case: &Case) -> Result<Option<ProfileInstants>, Failure> {
+pub fn depth_profiles(profiles: &ProfileArgs, case: &Case) -> Result<Option<ProfileInstants>, Failure> {
     let Some(text) = profiles.depth_profiles.as_deref() else { return Ok(None) };
     let instants = match text.trim().parse::<usize>() {
         Ok(count) => ProfileInstants::Even(count),
@@ -206,7 +206,7 @@ pub(crate) fn depth_profiles(profiles: &ProfileArgs, case: &Case) -> Result<Opti
     Ok(Some(instants))
 }
 
-pub(crate) fn observations(data: &ObservationArgs) -> Result<ObservationSelection, Failure> {
+pub fn observations(data: &ObservationArgs) -> Result<ObservationSelection, Failure> {
     Ok(ObservationSelection {
         sensors: trimmed(&data.sensors),
         window_s: data.window.as_deref().map(window).transpose()?,
@@ -222,7 +222,7 @@ fn window(text: &str) -> Result<(f64, f64), Failure> {
     }
 }
 
-pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
+pub fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
     let loss = fit.loss.as_deref().map(LossFunction::parse).transpose();
     let loss = loss.map_err(|message| input(format!("--loss {:?}: {message}", fit.loss.as_deref().unwrap_or(""))))?;
     let start = |(name, value): (String, f64)| {
@@ -249,19 +249,19 @@ pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
 }
 
 /// Standard deviation of the noise of synthetic observations, K.
-pub(crate) fn noise_k(twin: &TwinArgs) -> Result<Option<f64>, Failure> {
+pub fn noise_k(twin: &TwinArgs) -> Result<Option<f64>, Failure> {
     let deviation = |text| nonnegative(text, Dimension::TemperatureDifference, "--noise");
     twin.noise.as_deref().map(deviation).transpose()
 }
 
 /// Correlation time of that noise, s.
-pub(crate) fn correlation_s(twin: &TwinArgs) -> Result<f64, Failure> {
+pub fn correlation_s(twin: &TwinArgs) -> Result<f64, Failure> {
     let time = |text| nonnegative(text, Dimension::Time, "--correlation-time");
     twin.correlation_time.as_deref().map_or(Ok(0.0), time)
 }
 
 /// A coverage study of a number of synthetic data sets.
-pub(crate) fn twin_study(
+pub fn twin_study(
     twin: &TwinArgs,
     data: &ObservationArgs,
     fit: &FitArgs,
@@ -278,11 +278,11 @@ pub(crate) fn twin_study(
 }
 
 /// Options of the MCMC sampling; `None` without `--posterior`.
-pub(crate) fn walkers(args: &PosteriorArgs, seed: u64) -> Option<Walkers> {
+pub fn walkers(args: &PosteriorArgs, seed: u64) -> Option<Walkers> {
     args.posterior.then_some(Walkers { number: args.walkers, iterations: args.mcmc_iterations, seed })
 }
 
-pub(crate) fn sensitivity(
+pub fn sensitivity(
     data: &ObservationArgs,
     method: Option<DerivativeArg>,
     step: Option<f64>,
@@ -301,7 +301,7 @@ pub(crate) fn sensitivity(
 }
 
 /// The quantity to estimate over time, its knots, and the choice of the regularisation weight.
-pub(crate) fn history(data: &ObservationArgs, history: &HistoryArgs) -> Result<HistoryOptions, Failure> {
+pub fn history(data: &ObservationArgs, history: &HistoryArgs) -> Result<HistoryOptions, Failure> {
     Ok(HistoryOptions {
         observations: observations(data)?,
         quantity: history.quantity.as_deref().map(quantity).transpose()?,
@@ -325,17 +325,12 @@ fn quantity(text: &str) -> Result<HeatingQuantity, Failure> {
 }
 
 /// The ply to size, and the temperature limit of a part.
-pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<SizeOptions, Failure> {
+pub fn size(size: &SizeArgs, sweep: &SweepArgs, case: &Case) -> Result<SizeOptions, Failure> {
     sized_ply(&size.ply, &size.requirement, sweep, case)
 }
 
 /// The choices of materials, the ply to size and the temperature limit of a part, and other cases as exposures.
-pub(crate) fn trade(
-    trade: &TradeArgs,
-    sweep: &SweepArgs,
-    case: &Case,
-    exposures: Vec<Case>,
-) -> Result<TradeOptions, Failure> {
+pub fn trade(trade: &TradeArgs, sweep: &SweepArgs, case: &Case, exposures: Vec<Case>) -> Result<TradeOptions, Failure> {
     let choice = |text: &String| {
         let expected = "expected PLY=MATERIALS, such as INS=pyrogel3350,saffil-96";
         let (ply, materials) = text.split_once('=').ok_or_else(|| input(format!("--ply {text:?}: {expected}")))?;
@@ -381,7 +376,7 @@ fn sized_ply(ply: &str, requirement: &RequirementArgs, sweep: &SweepArgs, case: 
 }
 
 /// The design of an experiment, with other cases as alternative exposures.
-pub(crate) fn design(design: &DesignArgs, others: Vec<Case>) -> Result<DesignOptions, Failure> {
+pub fn design(design: &DesignArgs, others: Vec<Case>) -> Result<DesignOptions, Failure> {
     let length = |text: &str, option| nonnegative(text, Dimension::Length, option);
     let run_length = |text: &str| dimensional(text, Dimension::Time, "--run-lengths");
     let run_lengths = design.run_lengths.iter().flat_map(|text| text.split(','));
@@ -416,7 +411,7 @@ fn dimensional(text: &str, dimension: Dimension, option: &str) -> Result<f64, Fa
 }
 
 /// A quantity that is zero or positive.
-pub(crate) fn nonnegative(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
+pub fn nonnegative(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
     let value = dimensional(text, dimension, option)?;
     if value < 0.0 {
         let unit = if dimension == Dimension::Time { "s" } else { "K" };

@@ -5,7 +5,7 @@ use clap::Args;
 
 /// What to estimate, with which thermocouples.
 #[derive(Debug, Args)]
-pub(crate) struct DesignArgs {
+pub struct DesignArgs {
     /// Factors to estimate, as a,b,c [default: those of the case]
     #[arg(long, value_delimiter = ',')]
     pub estimate: Vec<String>,

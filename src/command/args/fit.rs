@@ -8,7 +8,7 @@ const MAX_ITERATIONS: usize = 50;
 
 /// The observations to fit. The case file states what is not given.
 #[derive(Debug, Args)]
-pub(crate) struct ObservationArgs {
+pub struct ObservationArgs {
     /// Sensors, as TC3,TC4
     #[arg(long, value_delimiter = ',')]
     pub sensors: Vec<String>,
@@ -22,7 +22,7 @@ pub(crate) struct ObservationArgs {
 
 /// The factors to fit and how. The case file states what is not given.
 #[derive(Debug, Args)]
-pub(crate) struct FitArgs {
+pub struct FitArgs {
     /// Factors to estimate, as f_k_INS,f_cp_INS
     #[arg(long, value_delimiter = ',')]
     pub factors: Vec<String>,
@@ -51,7 +51,7 @@ pub(crate) struct FitArgs {
 
 impl FitArgs {
     /// The first option that differs from its default, apart from `--factors`.
-    pub(crate) fn given_option(&self) -> Option<&'static str> {
+    pub fn given_option(&self) -> Option<&'static str> {
         [
             (!self.start.is_empty(), "--start"),
             (self.loss.is_some(), "--loss"),
@@ -68,7 +68,7 @@ impl FitArgs {
 
 /// The posterior distribution of the estimated factors.
 #[derive(Debug, Args)]
-pub(crate) struct PosteriorArgs {
+pub struct PosteriorArgs {
     /// Sample the posterior by ensemble MCMC: credible intervals of any shape, prediction intervals of every sensor
     #[arg(long)]
     pub posterior: bool,

@@ -4,7 +4,7 @@ use clap::Args;
 
 /// The quantity to estimate over time, and its regularisation.
 #[derive(Debug, Args)]
-pub(crate) struct HistoryArgs {
+pub struct HistoryArgs {
     /// Quantity to estimate: flux, radiant-flux or gas (gas temperature) [default: the only one that the case has]
     #[arg(long)]
     pub quantity: Option<String>,

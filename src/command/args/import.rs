@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// The kinds of files that a material is imported from.
 #[derive(Debug, Subcommand)]
-pub(crate) enum ImportCommand {
+pub enum ImportCommand {
     /// A material file from columns of a table over temperature
     #[command(
         after_long_help = super::examples::MATERIALS_IMPORT_TABLE,
@@ -20,7 +20,7 @@ pub(crate) enum ImportCommand {
 
 /// The table, and its columns. A property is the heading of its column, or a value with its unit.
 #[derive(Debug, Args)]
-pub(crate) struct TableArgs {
+pub struct TableArgs {
     /// The table file
     pub file: PathBuf,
     /// Heading of the temperatures, as "T [K]"
@@ -50,7 +50,7 @@ pub(crate) struct TableArgs {
 
 /// The folder, and the choices that its files leave open.
 #[derive(Debug, Args)]
-pub(crate) struct PatoArgs {
+pub struct PatoArgs {
     /// The folder with constantProperties, virgin and char
     pub folder: PathBuf,
     /// The heat of pyrolysis, which the files have twice
@@ -65,7 +65,7 @@ pub(crate) struct PatoArgs {
 
 /// The output, its title and its marks.
 #[derive(Debug, Args)]
-pub(crate) struct RecordArgs {
+pub struct RecordArgs {
     /// Title of the material
     #[arg(long)]
     pub name: String,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// The template and the folder to write it into.
 #[derive(Debug, Args)]
-pub(crate) struct InitArgs {
+pub struct InitArgs {
     /// Folder for the case, which is created if it does not exist
     #[arg(required_unless_present = "list", conflicts_with = "list")]
     pub folder: Option<PathBuf>,

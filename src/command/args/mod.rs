@@ -1,30 +1,30 @@
 //! The command line: subcommands and their options.
 
 mod choices;
-pub(crate) mod convert;
+pub mod convert;
 mod design;
 mod examples;
 mod fit;
 mod history;
 mod import;
 mod init;
-pub(crate) mod renamed;
+pub mod renamed;
 mod resume;
 mod sweep;
 mod twin;
 
-pub(crate) use choices::{
+pub use choices::{
     BackendArg, BoundsArg, CriterionArg, DerivativeArg, DirectionArg, FormatArg, KeepArg, MinimiserArg, OutsideArg,
     PatoHeatArg, PrecisionArg, PriorArg, SamplingArg, TemplateArg,
 };
-pub(crate) use design::DesignArgs;
-pub(crate) use fit::{FitArgs, ObservationArgs, PosteriorArgs};
-pub(crate) use history::HistoryArgs;
-pub(crate) use import::{ImportCommand, PatoArgs, RecordArgs, TableArgs};
-pub(crate) use init::InitArgs;
-pub(crate) use resume::ResumeArgs;
-pub(crate) use sweep::{MergeArgs, RequirementArgs, SizeArgs, SweepArgs, TradeArgs};
-pub(crate) use twin::TwinArgs;
+pub use design::DesignArgs;
+pub use fit::{FitArgs, ObservationArgs, PosteriorArgs};
+pub use history::HistoryArgs;
+pub use import::{ImportCommand, PatoArgs, RecordArgs, TableArgs};
+pub use init::InitArgs;
+pub use resume::ResumeArgs;
+pub use sweep::{MergeArgs, RequirementArgs, SizeArgs, SweepArgs, TradeArgs};
+pub use twin::TwinArgs;
 
 use crate::command::completions::Shell;
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -33,20 +33,20 @@ use std::path::PathBuf;
 /// Thermal response of flexible heat shields: prediction, uncertainty, sensitivity, and estimation from thermocouples.
 #[derive(Debug, Parser)]
 #[command(name = "bondline", version, max_term_width = 100, after_long_help = examples::BONDLINE)]
-pub(crate) struct Cli {
+pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
 }
 
 impl Cli {
     /// The description of the command line, from which completions and manual pages are generated.
-    pub(crate) fn description() -> clap::Command {
+    pub fn description() -> clap::Command {
         Self::command()
     }
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+pub enum Command {
     /// A commented case to start from, written into a folder
     #[command(after_long_help = examples::INIT)]
     Init(InitArgs),
@@ -252,7 +252,7 @@ pub(crate) enum Command {
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum MaterialsCommand {
+pub enum MaterialsCommand {
     /// All built-in materials, one per line
     #[command(after_long_help = examples::MATERIALS_LIST)]
     List,
@@ -278,7 +278,7 @@ pub(crate) enum MaterialsCommand {
 
 /// The case, the output, and how the case is computed.
 #[derive(Debug, Args)]
-pub(crate) struct CaseArgs {
+pub struct CaseArgs {
     /// Case file, or folder with a case.toml
     pub case: PathBuf,
     /// Folder for the report [default: out/<case>/<command>]
@@ -302,7 +302,7 @@ pub(crate) struct CaseArgs {
 
 /// Profiles through the thickness.
 #[derive(Debug, Args)]
-pub(crate) struct ProfileArgs {
+pub struct ProfileArgs {
     /// Profiles through the thickness at these times, as "10s,40s", or at a number of evenly spaced times
     #[arg(long, value_name = "TIMES")]
     pub depth_profiles: Option<String>,
@@ -310,7 +310,7 @@ pub(crate) struct ProfileArgs {
 
 /// The device, the precision, and changes to the case.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct MarchArgs {
+pub struct MarchArgs {
     /// Device that integrates the members in time
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: BackendArg,

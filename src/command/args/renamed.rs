@@ -18,13 +18,13 @@ const OPTIONS: &[(&str, &str)] = &[
 const VALUES: &[(&str, &str, &str)] = &[("--group", "twins", "cross-backend")];
 
 /// The note on an old name; `renaming` is `--beside is now --compare`.
-pub(crate) fn note(renaming: impl Display) -> String {
+pub fn note(renaming: impl Display) -> String {
     format!("note: {renaming}; the old name will go with version 0.2")
 }
 
 /// The arguments with every old name replaced by the new one, and a note on each replacement. Arguments after `--` are
 /// no options.
-pub(crate) fn replace_old_names(arguments: impl IntoIterator<Item = OsString>) -> (Vec<OsString>, Vec<String>) {
+pub fn replace_old_names(arguments: impl IntoIterator<Item = OsString>) -> (Vec<OsString>, Vec<String>) {
     let mut notes = Vec::new();
     let mut is_option_allowed = true;
     let mut previous = OsString::new();

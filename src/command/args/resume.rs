@@ -4,7 +4,7 @@ use clap::Args;
 
 /// Keeping of finished work while a study runs.
 #[derive(Debug, Args)]
-pub(crate) struct ResumeArgs {
+pub struct ResumeArgs {
     /// Go on from the finished work that an interrupted run has kept
     #[arg(long)]
     pub resume: bool,
@@ -15,7 +15,7 @@ pub(crate) struct ResumeArgs {
 
 impl ResumeArgs {
     /// The first of these options that was given.
-    pub(crate) fn given_option(&self) -> Option<&'static str> {
+    pub fn given_option(&self) -> Option<&'static str> {
         let interval = self.checkpoint_interval.as_ref().map(|_| "--checkpoint-interval");
         self.resume.then_some("--resume").or(interval)
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// A Monte Carlo sweep over the factors.
 #[derive(Debug, Args)]
-pub(crate) struct SweepArgs {
+pub struct SweepArgs {
     /// Number of members (random samples of the factors)
     #[arg(short = 'n', value_name = "MEMBERS", default_value_t = 5000, value_parser = member_count)]
     pub members: usize,
@@ -26,7 +26,7 @@ pub(crate) struct SweepArgs {
 
 /// The parts of one sweep.
 #[derive(Debug, Args)]
-pub(crate) struct MergeArgs {
+pub struct MergeArgs {
     /// Files written by `uncertainty --members` or `--piece`, in any order, or folders of such files
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
@@ -55,7 +55,7 @@ pub(crate) struct MergeArgs {
 
 /// The ply to size and its requirement.
 #[derive(Debug, Args)]
-pub(crate) struct SizeArgs {
+pub struct SizeArgs {
     /// Ply to size, or a group whose plies are scaled together
     #[arg(long)]
     pub ply: String,
@@ -65,7 +65,7 @@ pub(crate) struct SizeArgs {
 
 /// The choices of materials, and the ply to size.
 #[derive(Debug, Args)]
-pub(crate) struct TradeArgs {
+pub struct TradeArgs {
     /// Ply or group, and the materials that it may be of, as INS=pyrogel3350,saffil-96; repeated for each choice
     #[arg(long, value_name = "PLY=MATERIALS", required = true)]
     pub ply: Vec<String>,
@@ -78,7 +78,7 @@ pub(crate) struct TradeArgs {
 
 /// The limit that a sized ply holds.
 #[derive(Debug, Args)]
-pub(crate) struct RequirementArgs {
+pub struct RequirementArgs {
     /// Limit of the peak temperature of a sensor, of a ply (hottest point) or of an interface (hotter face), as "TC4 <
     /// 623 K" or "INS2/GB < 623 K", or "TC4" with its limit in the case [default: the one sensor with a limit in the
     /// case, or else its one limit]

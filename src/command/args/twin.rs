@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Synthetic observations; with `--study`, many sets of them, each fitted with the options of `estimate`.
 #[derive(Debug, Args)]
-pub(crate) struct TwinArgs {
+pub struct TwinArgs {
     /// Case file, or folder with a case.toml
     pub case: PathBuf,
     /// True values of factors, as NAME=VALUE,...; other factors are nominal
