@@ -46,7 +46,8 @@ fn march(plan: &Plan) -> Value {
         "taps": taps(plan),
         "cells": table(Cell::<f64>::FIELDS, &data.cells, Cell::flatten),
         "plies": table(Ply::<u32>::FIELDS, &rows.plies, Ply::flatten),
-        "conductions": table(ConductivityColumns::<u32>::FIELDS, &rows.conductivity_columns, ConductivityColumns::flatten),
+        "conductions":
+            table(ConductivityColumns::<u32>::FIELDS, &rows.conductivity_columns, ConductivityColumns::flatten),
         "bulks": table(BulkProperties::<f64>::FIELDS, &data.bulk_properties, BulkProperties::flatten),
         "contacts_m2_k_w": data.contacts_m2_k_w,
         "faces": table(Face::<f64>::FIELDS, &data.faces, Face::flatten),

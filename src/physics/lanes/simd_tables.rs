@@ -184,8 +184,8 @@ mod x86_64 {
     use std::arch::x86_64::*;
 
     // Safety, of all blocks: members are given such vectors only on processors with these instructions
-    // (`instruction_set.rs`). `TableRows::new` keeps every row within its table, and `TableRow::column_start` every column
-    // group within its row.
+    // (`instruction_set.rs`). `TableRows::new` keeps every row within its table, and `TableRow::column_start` every
+    // column group within its row.
 
     impl SimdTables for Avx512 {
         type Directions = F64Lanes<Self>;
