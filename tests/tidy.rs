@@ -81,7 +81,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("sha2", &["src/case/input_files.rs"]),
     ("twox_hash", &["src/study/checksum.rs"]),
     ("clap", &["src/command/args/", "src/command/mod.rs"]),
-    ("clap_complete", &["src/command/completions.rs"]),
+    ("clap_complete", &["src/command/args/mod.rs", "src/command/completions.rs"]),
     ("clap_mangen", &["src/command/man.rs"]),
     ("anyhow", &["src/command/exit.rs"]),
     ("indicatif", &["src/command/progress.rs"]),

@@ -2,8 +2,7 @@
 
 use crate::command::args::Cli;
 use crate::command::exit::Output;
-
-pub(crate) use clap_complete::Shell;
+use clap_complete::Shell;
 
 pub(crate) fn run(shell: Shell) -> Output {
     let mut script = Vec::new();

@@ -1,12 +1,12 @@
 //! The Parquet files of `--keep`, written batch by batch as members complete.
 
-use crate::Session;
 use crate::command::args::KeepArg;
 use crate::command::exit::{Failure, input};
 use crate::command::resume::Resumable;
 use crate::ensemble::Ensemble;
 use crate::report::ReportError;
 use crate::report::files::{MemberRow, MembersFile, TracesFile};
+use crate::session::Session;
 use crate::session::{CancelToken, SessionError};
 use crate::study::nominal::Peak;
 use crate::traces::{MemberStatus, Traces};

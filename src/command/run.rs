@@ -1,6 +1,5 @@
 //! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
-use crate::Session;
 use crate::case::{Case, RenamedKey};
 use crate::command::args::convert;
 use crate::command::args::renamed;
@@ -11,6 +10,7 @@ use crate::command::resume::{Resumable, time_limit};
 use crate::command::stop::token_of_signals;
 use crate::command::terminal::print_error;
 use crate::report::files::OutputFolder;
+use crate::session::Session;
 use crate::session::{Answers, CancelToken};
 use crate::study::uncertainty::{self, failure_reason};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,5 @@
 //! `bondline twin`: synthetic observations from known factors, and coverage studies of many sets of them.
 
-use crate::Session;
 use crate::command::args::convert;
 use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, ResumeArgs, TwinArgs};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
@@ -8,6 +7,7 @@ use crate::command::progress::MarchProgress;
 use crate::command::run::{Run, load};
 use crate::march::Precision;
 use crate::report;
+use crate::session::Session;
 use crate::session::TwinOptions;
 use std::path::{Path, PathBuf};
 

@@ -26,8 +26,8 @@ pub use resume::ResumeArgs;
 pub use sweep::{MergeArgs, RequirementArgs, SizeArgs, SweepArgs, TradeArgs};
 pub use twin::TwinArgs;
 
-use crate::command::completions::Shell;
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use std::path::PathBuf;
 
 /// Thermal response of flexible heat shields: prediction, uncertainty, sensitivity, and estimation from thermocouples.
