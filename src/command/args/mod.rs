@@ -1,4 +1,9 @@
 //! The command line: subcommands and their options.
+#![expect(
+    rustdoc::broken_intra_doc_links,
+    rustdoc::invalid_html_tags,
+    reason = "the comments of options are their help in a terminal"
+)]
 
 mod choices;
 pub mod convert;
