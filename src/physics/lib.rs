@@ -4,7 +4,7 @@
 //! same functions in the same order and do the same operations in the same order. Loops therefore run over indices, as
 //! in the shader.
 //!
-//! A package of its own, internal to `bondline`: its kernels are a third of the optimisation, so they compile beside the
+//! A package of its own, internal to `bondline`: its kernels are a third of the optimisation. They compile beside the
 //! rest, and once for the library and its tests.
 #![expect(missing_docs, reason = "not part of the public interface")]
 
