@@ -10,7 +10,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{fs, io};
 
-/// What adaptation uses. In a published package the physics are another one, whose version is fixed.
+/// The physics, which a published package does not have: they are a package whose version it fixes.
+const PHYSICS: &str = "src/physics";
+
+/// What adaptation uses.
 const SOLVER: [&str; 12] = [
     "src/adapt",
     "src/adapt.rs",
@@ -20,7 +23,7 @@ const SOLVER: [&str; 12] = [
     "src/fit",
     "src/limits.rs",
     "src/march",
-    "src/physics",
+    PHYSICS,
     "src/plan",
     "src/random.rs",
     "src/traces.rs",
@@ -28,7 +31,7 @@ const SOLVER: [&str; 12] = [
 
 fn main() -> io::Result<()> {
     let mut hasher = DefaultHasher::new();
-    for path in SOLVER.into_iter().filter(|path| Path::new(path).exists()) {
+    for path in SOLVER.into_iter().filter(|path| *path != PHYSICS || Path::new(path).exists()) {
         println!("cargo::rerun-if-changed={path}");
         add_sources(Path::new(path), &mut hasher)?;
     }
