@@ -26,7 +26,7 @@ done
 
 # The path of a bench that cargo built.
 bench() {
-    cargo bench --no-run --features internals --bench "$1" --message-format json 2>/dev/null |
+    cargo bench --no-run --bench "$1" --message-format json 2>/dev/null |
         python3 -c 'import json, sys
 for line in sys.stdin:
     made = json.loads(line)

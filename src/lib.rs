@@ -80,9 +80,6 @@ pub mod ensemble;
 pub mod fit;
 pub mod limits;
 pub mod march;
-#[cfg(feature = "internals")]
-pub use bondline_physics as physics;
-#[cfg(not(feature = "internals"))]
 use bondline_physics as physics;
 pub mod plan;
 mod random;

@@ -351,32 +351,3 @@ fn a_line_of_121_columns_is_caught() {
     assert_eq!(long_lines(&[file("docs/a.md", 121)]), ["docs/a.md:2: 121 columns"]);
     assert_eq!(long_lines(&[file("docs/a.md", 120), file("data/a.csv", 121)]), Vec::<String>::new());
 }
-
-/// Commands `cargo bench` that lack the feature that their bench needs, and so end with an error.
-fn benches_without_their_feature(manifest: &str, files: &[(String, String)]) -> Vec<String> {
-    let needing: Vec<&str> = manifest
-        .split("[[bench]]")
-        .skip(1)
-        .filter(|bench| bench.split("\n[").next().is_some_and(|own| own.contains("\"internals\"")))
-        .filter_map(|bench| bench.split('"').nth(1))
-        .collect();
-    let lacks = |line: &str| {
-        line.contains("cargo bench")
-            && !line.contains("internals")
-            && needing.iter().any(|name| line.split_whitespace().any(|word| word.trim_matches('`') == *name))
-    };
-    let found = files.iter().flat_map(|(path, text)| text.lines().map(move |line| (path, line)));
-    found.filter(|(_, line)| lacks(line)).map(|(path, line)| format!("{path}: {line}")).collect()
-}
-
-#[test]
-fn every_bench_is_named_with_the_feature_that_it_needs() {
-    let manifest = text("Cargo.toml");
-    let without = benches_without_their_feature(&manifest, &texts());
-    assert!(without.is_empty(), "{}", without.join("\n"));
-    let named = |line: &str| [("benches/a.md".to_owned(), line.to_owned())];
-    // In two halves, so that this file passes.
-    let (needing, other) = (concat!("cargo", " bench --bench march"), concat!("cargo", " bench --bench fit"));
-    assert_eq!(benches_without_their_feature(&manifest, &named(needing)).len(), 1);
-    assert!(benches_without_their_feature(&manifest, &named(other)).is_empty());
-}

@@ -2,8 +2,8 @@
 
 use crate::layup::Layup;
 use crate::methods::{Method, Steps, march};
-use bondline::physics::layout::NO_INSTANT;
 use bondline::plan::Plan;
+use bondline_physics::layout::NO_INSTANT;
 
 /// The coarse march for extrapolation, of which a third of the difference is subtracted.
 #[derive(Clone, Copy, PartialEq)]

@@ -1,18 +1,18 @@
 //! A member as a system of ordinary differential equations, `C(T) dT/dt = F(T, t)`, one for each cell.
 //!
-//! Tables, conductances, faces and readings are those of `bondline::physics`, on the cells of one plan and the schedule
+//! Tables, conductances, faces and readings are those of `bondline_physics`, on the cells of one plan and the schedule
 //! of another. Omitted, as `lcat-2259` does not need them: heat balances, compensated temperatures, gas, held faces;
 //! the back face is insulated.
 
-use bondline::physics::Real;
-use bondline::physics::layout::{BoundaryForcing, FACE_COLUMNS, TABLE_STEP_K};
-use bondline::physics::material::{
+use bondline::plan::Plan;
+use bondline_physics::Real;
+use bondline_physics::layout::{BoundaryForcing, FACE_COLUMNS, TABLE_STEP_K};
+use bondline_physics::material::{
     ConductivityParts, PlyScale, conductance_across, conductance_slope_across, conductance_within, flux_slopes,
     ply_scale, solid_properties, state_scale,
 };
-use bondline::physics::surface_flux::{FaceScale, STEFAN_BOLTZMANN, SurfaceFlux, face_scale, surface_flux};
-use bondline::physics::table::{table_index, table_segment};
-use bondline::plan::Plan;
+use bondline_physics::surface_flux::{FaceScale, STEFAN_BOLTZMANN, SurfaceFlux, face_scale, surface_flux};
+use bondline_physics::table::{table_index, table_segment};
 
 pub(crate) struct Layup<'a, R> {
     plan: &'a Plan,
@@ -73,7 +73,7 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     pub(crate) fn new(plan: &'a Plan, column: impl Fn(u32) -> R + Copy) -> Self {
         let (marched, rows) = (plan.rows(), &plan.rows().data);
         let ply = |(ply, &bulk)| {
-            let ply: &bondline::physics::layout::Ply<u32> = ply;
+            let ply: &bondline_physics::layout::Ply<u32> = ply;
             let state = ply.first_state as usize;
             let scale = ply_scale(ply, bulk, rows.state_properties[state], column);
             (

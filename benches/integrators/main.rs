@@ -1,6 +1,6 @@
 //! Work–precision diagram of time integrators: sensor errors against the time for 5,000 members. See benches/README.md.
 //!
-//! `cargo bench --features internals --bench integrators [-- CASE]` prints the tables; without CASE it uses `lcat-2259`
+//! `cargo bench --bench integrators [-- CASE]` prints the tables; without CASE it uses `lcat-2259`
 //! and writes `benches/integrators.svg`.
 
 mod adapt;
@@ -19,10 +19,10 @@ use bondline::ensemble::{Ensemble, Sampling};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::march_extrapolated;
-use bondline::physics::layout::Ply;
 use bondline::plan::GridDensity;
 use bondline::plan::{Discretisation, Plan};
 use bondline::plan::{StepGrowth, TimeStepControl};
+use bondline_physics::layout::Ply;
 use candidate::{Candidate, CoarseCells, CoarseMarch, readings, worst_k};
 use methods::Method;
 use plot::Curve;

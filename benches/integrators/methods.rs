@@ -1,10 +1,10 @@
 //! Time integrators, all linearly implicit: one tridiagonal matrix a step, factored once, without iteration.
 
 use crate::layup::{Derivatives, Evaluation, Layup};
-use bondline::physics::Real;
-use bondline::physics::layout::BoundaryForcing;
-use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::Plan;
+use bondline_physics::Real;
+use bondline_physics::layout::BoundaryForcing;
+use bondline_physics::tridiagonal::{factorise, substitute};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Method {

@@ -5,9 +5,9 @@ use crate::methods::{Method, Steps, march};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::{March, Precision};
-use bondline::physics::Real;
-use bondline::physics::layout::NO_INSTANT;
 use bondline::plan::Plan;
+use bondline_physics::Real;
+use bondline_physics::layout::NO_INSTANT;
 use rayon::ThreadPoolBuilder;
 use std::hint::black_box;
 use std::time::Instant;
@@ -48,7 +48,7 @@ fn widest(method: Method, plan: &Plan) -> usize {
         && is_x86_feature_detected!("avx512bw")
         && is_x86_feature_detected!("avx512dq")
     {
-        use bondline::physics::lanes::F64Lanes;
+        use bondline_physics::lanes::F64Lanes;
         use simdeez::engines::avx512::Avx512;
         use simdeez::prelude::Simd;
         return Avx512::invoke(

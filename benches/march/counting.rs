@@ -1,11 +1,11 @@
 //! A real number that counts its operations: the march, run on it, gives the work of a cell-step.
 
 use bondline::ensemble::Ensemble;
-use bondline::physics::Real;
-use bondline::physics::double_word::Omitted;
-use bondline::physics::layout::COLUMNS_PER_LOAD;
-use bondline::physics::member::Member;
 use bondline::plan::Plan;
+use bondline_physics::Real;
+use bondline_physics::double_word::Omitted;
+use bondline_physics::layout::COLUMNS_PER_LOAD;
+use bondline_physics::member::Member;
 use std::fmt::{self, Display, Formatter};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};

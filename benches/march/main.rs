@@ -1,6 +1,6 @@
 //! Speed of the march on every backend: see benches/README.md.
 //!
-//! `cargo bench --features internals --bench march [-- MEMBERS]` prints the table; MEMBERS is the largest ensemble.
+//! `cargo bench --bench march [-- MEMBERS]` prints the table; MEMBERS is the largest ensemble.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -13,9 +13,9 @@ use bondline::case::Bounds;
 use bondline::ensemble::{Ensemble, Sampling};
 use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::{Precision, march_all};
-#[cfg(target_arch = "x86_64")]
-use bondline::physics::{lanes::F64Lanes, member::Member};
 use bondline::plan::Plan;
+#[cfg(target_arch = "x86_64")]
+use bondline_physics::{lanes::F64Lanes, member::Member};
 use common::{BenchBackend, gpu_backends, shortest, simd_backends};
 use counting::OperationCounts;
 #[cfg(target_arch = "x86_64")]

@@ -1,6 +1,6 @@
 //! The plan of a case as JSON: cells, steps and tables for the peer implementations.
 //!
-//! `cargo bench --features internals --bench plan -- CASE [NAME=VALUE ...]` takes settings as `--set` of the command
+//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]` takes settings as `--set` of the command
 //! does. `marches` holds both resolutions, the finer one first. Rows are flat, in the order of `fields`.
 
 #[path = "../common/mod.rs"]
@@ -8,11 +8,11 @@
 mod common;
 
 use bondline::adapt::adapt;
-use bondline::physics::layout::{
+use bondline::plan::Plan;
+use bondline_physics::layout::{
     Bead, BoundaryForcing, BulkProperties, Cell, ConductivityColumns, FACE_COLUMNS, Face, FaceColumns, NO_INSTANT, Ply,
     Sensor, SensorLocation, TABLE_NODES, TABLE_STEP_K,
 };
-use bondline::plan::Plan;
 use serde_json::{Value, json};
 
 fn main() {

@@ -12,5 +12,5 @@ venv=${VENV:-${CARGO_TARGET_DIR:-target}/peers}
 [ -x "$venv/bin/python" ] || python3 -m venv "$venv"
 "$venv/bin/pip" install --quiet --requirement benches/peers/requirements.txt
 cargo build --release
-cargo bench --no-run --features internals --bench plan
+cargo bench --no-run --bench plan
 exec "$venv/bin/python" benches/peers/compare.py "$@"

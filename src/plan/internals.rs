@@ -4,6 +4,8 @@ use super::Plan;
 use super::interpolation::RecordInterpolation;
 use crate::physics::layout::PlanRows;
 
+/// Not part of the public interface.
+#[doc(hidden)]
 impl Plan {
     /// Rows, sizes and switches.
     pub fn rows(&self) -> &PlanRows {

@@ -7,7 +7,7 @@
 use super::time_tolerance::time_tolerance_s;
 
 /// Maximum number of records in an interpolation stencil.
-pub const STENCIL_RECORDS: usize = 4;
+pub(crate) const STENCIL_RECORDS: usize = 4;
 
 /// The interpolation stencil of each instant: records and weights, the same for all members.
 #[derive(Clone, Debug)]
@@ -38,7 +38,6 @@ impl RecordInterpolation {
         Self { stencils: taps.collect() }
     }
 
-    #[cfg(feature = "internals")]
     /// The records and weights of each instant; the weights add up to one.
     pub fn stencils(&self) -> &[[(usize, f64); STENCIL_RECORDS]] {
         &self.stencils

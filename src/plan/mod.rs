@@ -9,13 +9,8 @@ mod depth_readings;
 mod factor_columns;
 mod forcing;
 mod grid;
-#[cfg(feature = "internals")]
 mod internals;
-#[cfg(not(feature = "internals"))]
-#[expect(unreachable_pub, reason = "public with the feature `internals`")]
 mod interpolation;
-#[cfg(feature = "internals")]
-pub mod interpolation;
 mod limited_parts;
 mod ply_data;
 pub(crate) mod pyrometer_readings;

@@ -141,12 +141,6 @@ impl StepGrowth {
 const MAX_COUNTING_INTERVALS: f64 = 4096.0;
 
 impl TimeGrid {
-    /// Interpolation of the instants between steps; `None` where steps end on them.
-    #[cfg(feature = "internals")]
-    pub fn interpolation(&self) -> Option<&RecordInterpolation> {
-        self.interpolation.as_ref()
-    }
-
     /// The steps of a growth rule, each divided into `subdivisions`, ending on corners of the schedules.
     pub(super) fn new(case: &Case, forcing: &Forcing, control: &TimeStepControl, subdivisions: usize) -> Self {
         let duration_s = case.exposure.duration_s;
