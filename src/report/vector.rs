@@ -139,6 +139,21 @@ mod tests {
     }
 
     #[test]
+    fn of_a_shape_only_the_part_within_the_image_is_painted() {
+        let shape = |[x, y]: [i32; 2]| {
+            format!("<rect x=\"{x}\" y=\"{y}\" width=\"80\" height=\"40\" fill=\"#C80000\" stroke=\"none\"/>\n")
+        };
+        let inked_at = |places: &[[i32; 2]]| {
+            let shapes: String = places.iter().map(|place| shape(*place)).collect();
+            let svg = format!("<svg width=\"90\" height=\"52\" viewBox=\"0 0 360 208\">\n{shapes}</svg>\n");
+            (inked(&decoded(&FigureFormat::Png.file(&svg)).2) * 180.0 * 104.0).round()
+        };
+        // Two units are a pixel: past the left side, the top, and the corner at the bottom right.
+        assert_eq!(inked_at(&[[-20, 80], [140, -10], [340, 198]]), 30.0 * 20.0 + 40.0 * 15.0 + 10.0 * 5.0);
+        assert_eq!(inked_at(&[[-80, 80], [360, 80], [140, -40], [140, 208]]), 0.0);
+    }
+
+    #[test]
     fn a_pdf_has_its_objects_where_its_table_says_and_paints_many_shapes() {
         for figure in figures::all(&fixture::outcomes().answers("study")) {
             let file = FigureFormat::Pdf.file(&svg::draw(&figure).expect("it draws"));
