@@ -251,7 +251,8 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
         let (k, next) = (self.conductivity(temperatures, i), self.conductivity(temperatures, i + 1));
         let drop = temperatures[i] - temperatures[i + 1];
         let (below_m, above_m) = (plan.rows().data.cells[i].below_m, plan.rows().data.cells[i + 1].above_m);
-        let contact = self.contacts_m2_k_w[self.ply_of[i]];
+        let [ply, next_ply] = [i, i + 1].map(|cell| self.ply_of[cell]);
+        let contact = if ply == next_ply { R::from_f64(0.0) } else { self.contacts_m2_k_w[ply] };
         let flux = conductance_across(k, R::constant(below_m), next, R::constant(above_m), contact) * drop;
         let to_face = flux * R::splat(row.above_m) / k;
         let from_face = drop - flux * R::splat(row.below_m) / next;
