@@ -12,8 +12,7 @@ struct Node {
 
 // What the cells of a ply share where it is one substance, or states that are multiples of one.
 struct PlyProperties {
-    columns: u32,
-    table: u32,
+    location: TableLocation,
     parts: u32,
     conductivity: ConductivityParts,
     density_kg_m3: real,
@@ -53,7 +52,7 @@ fn properties(step: u32, stage: u32) {
     }
     for (var p = first_ply(); p < end_ply(); p++) {
         let end = end_cell_of(p);
-        if plan.plies[p].rows > 1u || LEVELS > 1u {
+        if plan.plies[p].rows > 1u || (SENSES_PRESSURE && plan.plies[p].senses_pressure == 1u) {
             for (var i = first_cell_of(p); i < end; i++) {
                 mixture_properties(p, i, step, stage);
             }
@@ -66,7 +65,13 @@ fn properties(step: u32, stage: u32) {
                 stage_capacities[i] = here.heat_capacity;
             }
         }
-        if DARCY {
+        let keeps_first = ENTHALPY_STEPS && stage == 1u && plan.tables[p].enthalpy_search_span > 0u;
+        if keeps_first {
+            for (var i = first_cell_of(p); i < end; i++) {
+                stage_capacities[i] = first_stage_capacities[i] * composition_ratio(p, i);
+            }
+        }
+        if DARCY && !keeps_first {
             for (var i = first_cell_of(p); i < end; i++) {
                 stage_capacities[i] = stage_capacities[i] + gas_capacity(i);
             }
@@ -75,10 +80,9 @@ fn properties(step: u32, stage: u32) {
 }
 
 fn mixture_properties(p: u32, i: u32, step: u32, stage: u32) {
-    let at = table_index(temperatures[i].high + stage_increment(i, stage));
-    let pressure = pressure_index(i, step, stage);
-    let row = ply_row(p, at_pressure_levels(at, pressure)[0]);
-    let here = mixture(p, at, row, pressure, stage_phases(p, i, stage), stage == 0u);
+    let temperature_k = temperatures[i].high + stage_increment(i, stage);
+    let row = ply_row(p, temperature_k);
+    let here = mixture(p, temperature_k, cell_pressure_pa(i, step, stage), stage_phases(p, i, stage), stage == 0u);
     conductivities[i] = here.conductivity;
     slopes[i] = here.slope;
     stage_capacities[i] = cells[i].width_m * here.heat_capacity;
@@ -94,13 +98,13 @@ fn mixture_properties(p: u32, i: u32, step: u32, stage: u32) {
 fn ply_properties(p: u32) -> PlyProperties {
     let ply = plan.plies[p];
     let conductivity = state_scales[ply.first_state].conductivity;
-    return PlyProperties(ply.columns, ply.table, ply.parts, conductivity, ply_scales[p].density_kg_m3);
+    return PlyProperties(plan.tables[p], ply.parts, conductivity, ply_scales[p].density_kg_m3);
 }
 
 // Returns the heat capacity of the whole cell, J/m²/K.
 fn single_substance_properties(p: u32, ply: PlyProperties, i: u32, stage: u32) -> SolidProperties {
-    let at = table_index(temperatures[i].high + stage_increment(i, stage));
-    let row = table_segment(at, ply.columns, ply.table);
+    let at = table_index(temperatures[i].high + stage_increment(i, stage), ply.location);
+    let row = table_segment(at, ply.location);
     var scale = ply.conductivity;
     var density_kg_m3 = ply.density_kg_m3;
     if GAS && plan.plies[p].states > 1u {
@@ -195,10 +199,9 @@ fn interior_face_flux(
 
 fn surface_state(face: u32, cell: u32, stage: u32) -> SurfaceState {
     let temperature_k = temperatures[cell].high + stage_increment(cell, stage);
-    let at = table_index(temperature_k);
-    let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at, stage);
-    let air = table_segment(at, FACE_COLUMNS, FACE_TABLE);
-    return SurfaceState(temperature_k, emissivity, interpolate(air, 0u), interpolate(air, 1u));
+    let here = ply_row(PLIES, temperature_k);
+    let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, here, stage);
+    return SurfaceState(temperature_k, emissivity, interpolate(here, 0u), interpolate(here, 1u));
 }
 
 fn open_face_flux(face: u32, forcing: BoundaryForcing, surface_state: SurfaceState) -> SurfaceFlux {

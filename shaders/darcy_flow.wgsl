@@ -70,8 +70,7 @@ fn add_gas_exchange(hot_kg_m2: real, back_kg_m2: real) {
 fn pore_state(p: u32, i: u32, stage: u32) -> PoreState {
     let ply = plan.plies[p];
     let temperature_k = temperatures[i].high + stage_increment(i, stage);
-    let at = table_index(temperature_k);
-    let gas = gas_columns(p, ply_row(p, at));
+    let gas = gas_columns(p, ply_row(p, temperature_k));
     let molar_kg_k_j = interpolate(gas, 2u);
     let viscosity_pa_s = interpolate(gas, 3u);
     var phases = current_phases(p, i);

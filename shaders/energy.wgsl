@@ -18,19 +18,18 @@ fn sum_stored_heat() {
 fn stored_heat_gain(p: u32, i: u32) -> real {
     let ply = plan.plies[p];
     let width_m = cells[i].width_m;
-    let now = table_index(temperatures[i].high);
-    let then = table_index(cells[i].start_k);
+    let now = ply_row(p, temperatures[i].high);
+    let then = ply_row(p, cells[i].start_k);
     if ply.states == 1u {
-        let now_j_kg = integral(ply_row(p, now), 1u);
-        let then_j_kg = integral(ply_row(p, then), 1u);
+        let now_j_kg = integral(now, 1u);
+        let then_j_kg = integral(then, 1u);
         return opaque(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * width_m + gas_heat_gain(p, i);
     }
     let phases = current_phases(p, i);
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * width_m;
     let lost_kg_m2 = mass_kg_m2 * (1.0 - mass_ratio(p, phases));
     lost_and_stored[0] = lost_and_stored[0] + lost_kg_m2;
-    let row_then = ply_row(p, then);
-    let then_j_kg = state_enthalpy(p, 0u, integral(row_then, 1u));
-    let now_j_kg = solid_enthalpy(p, phases, ply_row(p, now));
+    let then_j_kg = state_enthalpy(p, 0u, integral(then, 1u));
+    let now_j_kg = solid_enthalpy(p, phases, now);
     return opaque(now_j_kg - then_j_kg) * mass_kg_m2 + gas_heat_gain(p, i);
 }

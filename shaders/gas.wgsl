@@ -13,10 +13,6 @@ struct GasFlux {
     below: real,
 }
 
-fn pressure_coordinate(pressure_pa: real, middle_pa: real) -> real {
-    return pressure_pa / (pressure_pa + middle_pa);
-}
-
 // Fluxes do not depend on the storage.
 fn midpoint_pores(start: PoreState, end: PoreState) -> PoreState {
     return PoreState(

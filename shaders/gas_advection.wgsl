@@ -38,7 +38,7 @@ fn gas_capacity(cell: u32) -> real {
 
 fn gas_flow_work(p: u32, cell: u32, stage: u32) -> real {
     let temperature_k = temperatures[cell].high + stage_increment(cell, stage);
-    return temperature_k / interpolate(gas_columns(p, ply_row(p, table_index(temperature_k))), 2u);
+    return temperature_k / interpolate(gas_columns(p, ply_row(p, temperature_k)), 2u);
 }
 
 fn gas_heat_gain(p: u32, cell: u32) -> real {
@@ -49,7 +49,7 @@ fn gas_heat_gain(p: u32, cell: u32) -> real {
     let now_j_kg = gas_enthalpy_j_kg[cell] - gas_flow_work(p, cell, 0u);
     let then_kg_m2 = initial_gas_storage(p, cell) * boundary_forcing[0].pressure_pa;
     let start_k = cells[cell].start_k;
-    let then = gas_columns(p, ply_row(p, table_index(start_k)));
+    let then = gas_columns(p, ply_row(p, start_k));
     let then_j_kg = interpolate(then, 0u) - start_k / interpolate(then, 2u);
     lost_and_stored[1] = lost_and_stored[1] + opaque(now_kg_m2 - then_kg_m2);
     return now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg;
@@ -57,7 +57,7 @@ fn gas_heat_gain(p: u32, cell: u32) -> real {
 
 fn initial_gas_storage(p: u32, cell: u32) -> real {
     let start_k = cells[cell].start_k;
-    let molar = interpolate(gas_columns(p, ply_row(p, table_index(start_k))), 2u);
+    let molar = interpolate(gas_columns(p, ply_row(p, start_k)), 2u);
     let virgin = plan.substances[plan.plies[p].first_state];
     let volume_m = cells[cell].width_m * ply_scales[p].thickness;
     return volume_m * virgin.porosity * (molar / start_k);

@@ -110,9 +110,9 @@ fn state_scale(
     );
 }
 
-fn at_pressure_levels(at: TableIndex, pressure: PressureIndex) -> array<TableIndex, 2> {
-    let under = pressure.level_below * TABLE_NODES + at.row;
-    return array<TableIndex, 2>(TableIndex(under, at.fraction), TableIndex(under + TABLE_NODES, at.fraction));
+fn at_pressure_levels(at: TableIndex, rows: u32, pressure: PressureIndex) -> array<TableIndex, 2> {
+    let under = pressure.level_below * rows + at.row;
+    return array<TableIndex, 2>(TableIndex(under, at.fraction), TableIndex(under + rows, at.fraction));
 }
 
 struct SolidProperties {

@@ -17,6 +17,8 @@ var<COLUMNS> lower: Column;
 var<COLUMNS> diagonal: Column;
 var<COLUMNS> upper: Column;
 var<COLUMNS> first_increments: Column;
+var<COLUMNS> first_solution: array<real, ENTHALPY_CELLS>;
+var<COLUMNS> reduced: array<real, ENTHALPY_CELLS>;
 var<COLUMNS> rhs_or_increment: Column;
 
 // Evaluates what is constant over the march.

@@ -53,9 +53,8 @@ fn current_mass_ratio(ply: u32, cell: u32) -> real {
     return opaque(1.0 - ply_scales[ply].loss * lost);
 }
 
-fn face_emissivity(face: u32, ply: u32, cell: u32, at: TableIndex, stage: u32) -> real {
+fn face_emissivity(face: u32, ply: u32, cell: u32, seen: TableSegment, stage: u32) -> real {
     var phases = stage_phases(ply, cell, stage);
-    let seen = table_segment(at, FACE_COLUMNS, FACE_TABLE);
     let first_property = AIR_PROPERTIES + face * MAX_STATES;
     let by_volume = plan.bulks[ply].by_volume == 1.0;
     var sum = real(0.0);
@@ -72,8 +71,16 @@ fn face_emissivity(face: u32, ply: u32, cell: u32, at: TableIndex, stage: u32) -
     return sum / mass_ratio(ply, phases);
 }
 
-fn ply_row(ply: u32, at: TableIndex) -> TableSegment {
-    return table_segment(at, plan.plies[ply].columns, plan.plies[ply].table);
+fn ply_index(ply: u32, temperature_k: real) -> TableIndex {
+    return table_index(temperature_k, plan.tables[ply]);
+}
+
+fn row_at(ply: u32, at: TableIndex) -> TableSegment {
+    return table_segment(at, plan.tables[ply]);
+}
+
+fn ply_row(ply: u32, temperature_k: real) -> TableSegment {
+    return row_at(ply, ply_index(ply, temperature_k));
 }
 
 fn state_columns(state: u32, row: TableSegment) -> TableSegment {
@@ -96,25 +103,27 @@ fn store_enthalpy_rises(p: u32, i: u32, row: TableSegment) {
     }
 }
 
-fn mixture(
-    p: u32,
-    at: TableIndex,
-    row: TableSegment,
-    pressure: PressureIndex,
-    phases: Phases,
-    with_slope: bool,
-) -> SolidProperties {
+fn mixture(p: u32, temperature_k: real, pressure_pa: real, phases: Phases, with_slope: bool) -> SolidProperties {
     let per_left = 1.0 / conductivity_divisor(p, mass_ratio(p, phases));
-    var here = mixture_at_level(p, row, phases, with_slope);
-    if LEVELS > 1u {
-        let over = mixture_at_level(p, ply_row(p, at_pressure_levels(at, pressure)[1]), phases, with_slope);
+    let pressure = pressure_index(p, pressure_pa);
+    let rows = at_pressure_levels(ply_index(p, temperature_k), plan.tables[p].rows, pressure);
+    let conditions = array<real, 2>(temperature_k, pressure_pa);
+    var here = mixture_at_level(p, row_at(p, rows[0]), conditions, phases, with_slope);
+    if SENSES_PRESSURE && plan.plies[p].levels > 1u {
+        let over = mixture_at_level(p, row_at(p, rows[1]), conditions, phases, with_slope);
         here.conductivity = here.conductivity + pressure.fraction * (over.conductivity - here.conductivity);
         here.slope = here.slope + pressure.fraction * (over.slope - here.slope);
     }
     return SolidProperties(here.conductivity * per_left, here.slope * per_left, here.heat_capacity);
 }
 
-fn mixture_at_level(p: u32, row: TableSegment, of_phases: Phases, with_slope: bool) -> SolidProperties {
+fn mixture_at_level(
+    p: u32,
+    row: TableSegment,
+    conditions: array<real, 2>,
+    of_phases: Phases,
+    with_slope: bool,
+) -> SolidProperties {
     var phases = of_phases;
     let mass_kg_m3 = ply_scales[p].mass_kg_m3;
     let ply = plan.plies[p];
@@ -127,12 +136,15 @@ fn mixture_at_level(p: u32, row: TableSegment, of_phases: Phases, with_slope: bo
     if ply.rows == 1u {
         alike = mixture_sums(p, phases, ply.states);
     }
+    alike.conductivity.gas = pore_factor(p, 0u, conditions) * alike.conductivity.gas;
     let virgin = solid_properties(row, ply.parts, alike.conductivity, with_slope);
     let capacity = alike.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity);
     var sum = SolidProperties(virgin.conductivity, virgin.slope, capacity);
     for (var state = 1u; state < ply.rows; state++) {
         let own = scale_of(p, state);
-        let here = solid_properties(state_columns(state, row), ply.parts, own.conductivity, with_slope);
+        var parts = own.conductivity;
+        parts.gas = pore_factor(p, state, conditions) * parts.gas;
+        let here = solid_properties(state_columns(state, row), ply.parts, parts, with_slope);
         sum.conductivity = sum.conductivity + phases[state] * here.conductivity;
         sum.slope = sum.slope + phases[state] * here.slope;
         let scale = phases[state] * own.enthalpy_scale;
@@ -141,29 +153,87 @@ fn mixture_at_level(p: u32, row: TableSegment, of_phases: Phases, with_slope: bo
     return sum;
 }
 
+fn pore_factor(p: u32, state: u32, conditions: array<real, 2>) -> real {
+    if !SENSES_PRESSURE {
+        return 1.0;
+    }
+    let row = plan.plies[p].first_state + state;
+    let first = plan.conductions[row].first_pore;
+    let end = plan.conductions[row].end_pore;
+    if first == end {
+        return 1.0;
+    }
+    var factor = real(0.0);
+    for (var j = first; j < end; j++) {
+        let slip_pa = conditions[0] * plan.pore_classes[j].slip_pa_k;
+        factor = factor + conditions[1] * plan.pore_classes[j].share / (conditions[1] + slip_pa);
+    }
+    return factor;
+}
+
 fn conductivity_now(p: u32, i: u32, step: u32) -> real {
     let ply = plan.plies[p];
     if ply.end_reaction == ply.first_reaction {
         return conductivities[i];
     }
-    let at = table_index(temperatures[i].high);
-    let pressure = pressure_index(i, step, 0u);
-    let row = ply_row(p, at_pressure_levels(at, pressure)[0]);
-    return mixture(p, at, row, pressure, current_phases(p, i), false).conductivity;
+    return mixture(p, temperatures[i].high, cell_pressure_pa(i, step, 0u), current_phases(p, i), false).conductivity;
 }
 
-fn pressure_index(i: u32, step: u32, stage: u32) -> PressureIndex {
-    if LEVELS == 1u {
+fn cell_pressure_pa(i: u32, step: u32, stage: u32) -> real {
+    if DARCY {
+        return pressures[i].high;
+    }
+    return boundary_forcing[4u * step + stage].pressure_pa;
+}
+
+fn pressure_index(p: u32, pressure_pa: real) -> PressureIndex {
+    if !SENSES_PRESSURE || plan.plies[p].levels < 2u {
         return PressureIndex(0u, 0.0);
     }
-    var pressure_pa = boundary_forcing[4u * step + stage].pressure_pa;
-    if DARCY {
-        pressure_pa = pressures[i].high;
+    let first = plan.plies[p].first_level;
+    let last = first + plan.plies[p].levels - 1u;
+    let position = logarithm(pressure_pa);
+    var below = 0u;
+    var fraction = level_fraction(position, first);
+    for (var number = first + 1u; number < last; number++) {
+        if position >= plan.pressure_levels[number].log_pressure {
+            below = number - first;
+            fraction = level_fraction(position, number);
+        }
     }
-    const LAST = max(LEVELS, 2u) - 2u;
-    let position = real(LAST + 1u) * pressure_coordinate(pressure_pa, real(MIDDLE_PA));
-    let under = min(u32(max(position, 0.0)), LAST);
-    return PressureIndex(under, position - real(under));
+    return PressureIndex(below, clamp(fraction, 0.0, 1.0));
+}
+
+fn level_fraction(position: real, number: u32) -> real {
+    let here = plan.pressure_levels[number].log_pressure;
+    return (position - here) / (plan.pressure_levels[number + 1u].log_pressure - here);
+}
+
+fn composition_ratio(p: u32, cell: u32) -> real {
+    let states = plan.plies[p].states;
+    if !GAS || states == 1u {
+        return 1.0;
+    }
+    let start = mixture_sums(p, stage_phases(p, cell, 0u), states).enthalpy_scale;
+    let end = mixture_sums(p, stage_phases(p, cell, 1u), states).enthalpy_scale;
+    return end / start;
+}
+
+fn temperature_rise(p: u32, cell: u32, temperature_k: real, increment: real, reduced: real) -> array<real, 2> {
+    if !ENTHALPY_STEPS || plan.tables[p].enthalpy_search_span == 0u {
+        return array<real, 2>(increment, 1.0);
+    }
+    let location = plan.tables[p];
+    let enthalpy_columns = (location.columns - ENTHALPY_COLUMNS) / 2u;
+    let rise = rise_by_enthalpy(temperature_k, increment, reduced, location, enthalpy_columns);
+    var held = real(0.0);
+    if cell == 0u {
+        held = held + plan.faces[0].held;
+    }
+    if cell == run.last_cell {
+        held = held + plan.faces[1].held;
+    }
+    return array<real, 2>(held * increment + (1.0 - held) * rise[0], held + (1.0 - held) * rise[1]);
 }
 
 fn solid_enthalpy(ply: u32, phases: Phases, here: TableSegment) -> real {

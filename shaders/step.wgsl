@@ -1,5 +1,9 @@
 // One time step of one member: twin of src/physics/step.rs, which states the scheme.
 
+fn exceeds_increment(rise_k: real, increment: real) -> real {
+    return select(real(1.0), 0.0, increment * increment * real(EXCESS_ALLOWED) >= rise_k * rise_k);
+}
+
 fn advance(step: u32) {
     apply_held_faces(step);
     var start: array<real, 2>;
@@ -39,6 +43,15 @@ fn advance(step: u32) {
             start = face_heat;
             start_holder_heat = holder_heat;
             solve_first_increments();
+            if ENTHALPY_STEPS {
+                for (var reduction = 0u; reduction < run.reductions; reduction++) {
+                    reduce_capacities(reduction);
+                    synchronize();
+                    holder_heat = assemble_first_stage(step);
+                    solve_first_increments();
+                }
+                rise_by_increments();
+            }
         } else {
             update_temperatures(step);
             synchronize();
@@ -64,6 +77,44 @@ fn solve_first_increments() {
     }
 }
 
+fn rise_by_increments() -> real {
+    var exceeds = real(0.0);
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+            let solution = first_increments[i];
+            first_solution[i] = solution;
+            let rise_k = temperature_rise(p, i, temperatures[i].high, solution, reduced[i])[0];
+            first_increments[i] = rise_k;
+            exceeds = max(exceeds, exceeds_increment(rise_k, solution) * (1.0 - reduced[i]));
+        }
+    }
+    return exceeds;
+}
+
+// As the twin, but for its end: control flow is the same for all members, and solving anew changes nothing where no
+// heat capacity was reduced.
+fn reduce_capacities(reduction: u32) {
+    if reduction == 0u {
+        for (var i = first_cell(); i < end_cell(); i++) {
+            reduced[i] = 0.0;
+        }
+    }
+    let exceeds = reduce_max(rise_by_increments());
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+            let solution = first_solution[i];
+            let least = temperature_rise(p, i, temperatures[i].high, solution, reduced[i])[1];
+            var reduces = exceeds_increment(first_increments[i], solution);
+            if reduction + 1u == run.reductions {
+                reduces = exceeds;
+            }
+            reduces = reduces * (1.0 - reduced[i]);
+            stage_capacities[i] = stage_capacities[i] * (1.0 - reduces + reduces * least);
+            reduced[i] = reduced[i] + reduces;
+        }
+    }
+}
+
 fn account_face_heat(face: u32, step: u32, start: real, end: real, cell: u32, neighbour: u32) {
     let sum = rhs_or_increment[cell];
     let neighbour_sum = rhs_or_increment[neighbour];
@@ -86,8 +137,14 @@ fn update_temperatures(step: u32) {
         for (var end = end_cell_of(p); end > first; end--) {
             let i = end - 1u;
             before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
-            let start = first_increments[i];
-            let increment = 1.5 * start + 0.5 * before;
+            var start = first_increments[i];
+            if ENTHALPY_STEPS {
+                start = first_solution[i];
+            }
+            var increment = 1.5 * start + 0.5 * before;
+            if ENTHALPY_STEPS {
+                increment = temperature_rise(p, i, temperatures[i].high, increment, reduced[i])[0];
+            }
             rhs_or_increment[i] = start + before;
             let now = add_compensated(temperatures[i], increment);
             temperatures[i] = now;

@@ -201,7 +201,11 @@ fn second_stage_row(
     }
     let capacity = first_stage_capacities[at.cell];
     let heat = net_heat_flux(at, below, from_holder, 1u, above);
-    var rhs = capacity / node.capacity * heat - capacity * twice_inverse_step_1_s * node.increment;
+    var solution = node.increment;
+    if ENTHALPY_STEPS {
+        solution = first_solution[at.cell];
+    }
+    var rhs = capacity / node.capacity * heat - capacity * twice_inverse_step_1_s * solution;
     if at.face != NO_FACE {
         rhs = apply_boundary_rhs(boundary_row_of(at.face), rhs);
     }

@@ -1,15 +1,27 @@
-// Linear interpolation on the uniform temperature grid: twin of src/physics/table.rs. There is one array of tables, as
-// WGSL does not pass storage by reference.
+// Linear interpolation in the tables of a plan: twin of src/physics/table.rs. There is one array of tables, as WGSL does
+// not pass storage by reference.
 
 struct TableIndex {
     row: u32,
     fraction: real,
 }
 
-fn table_index(temperature_k: real) -> TableIndex {
+fn table_index(temperature_k: real, location: TableLocation) -> TableIndex {
     let position = temperature_k * real(1.0 / TABLE_STEP_K);
-    let row = min(u32(clamp(position, 0.0, real(TABLE_NODES))), TABLE_NODES - 2u);
-    return TableIndex(row, position - real(row));
+    if !DIRECTORIES || location.directory == 0u {
+        let row = min(u32(clamp(position, 0.0, real(TABLE_STEPS))), location.last_bucket);
+        return TableIndex(row, position - real(row));
+    }
+    let scaled = position * real(location.buckets_per_step);
+    let bucket = u32(clamp(scaled, 0.0, real(location.last_bucket)));
+    let entry = column_group(location.directory / COLUMNS_PER_LOAD + bucket);
+    if position >= entry.w {
+        return TableIndex(u32(entry.x) + 2u, position - entry.w);
+    }
+    if position >= entry.z {
+        return TableIndex(u32(entry.x) + 1u, position - entry.z);
+    }
+    return TableIndex(u32(entry.x), position - entry.y);
 }
 
 struct TableSegment {
@@ -17,8 +29,9 @@ struct TableSegment {
     fraction: real,
 }
 
-fn table_segment(table_index: TableIndex, columns: u32, offset: u32) -> TableSegment {
-    return TableSegment((offset + columns * table_index.row) / COLUMNS_PER_LOAD, table_index.fraction);
+fn table_segment(table_index: TableIndex, location: TableLocation) -> TableSegment {
+    let first_group = (location.offset + location.columns * table_index.row) / COLUMNS_PER_LOAD;
+    return TableSegment(first_group, table_index.fraction);
 }
 
 fn column_offset(table_segment: TableSegment, properties: u32) -> TableSegment {
@@ -35,6 +48,46 @@ fn integral(table_segment: TableSegment, property: u32) -> real {
     let integrated = column_pair(table_segment, property + 2u);
     let mean = pair[0] + 0.5 * table_segment.fraction * pair[1];
     return integrated[0] + TABLE_STEP_K * table_segment.fraction * mean;
+}
+
+fn rise_by_enthalpy(
+    temperature_k: real,
+    predicted_k: real,
+    reduced: real,
+    location: TableLocation,
+    enthalpy_columns: u32,
+) -> array<real, 2> {
+    let at = table_index(temperature_k, location);
+    let here = table_segment(at, location);
+    let heat_capacity = interpolate(here, 1u);
+    let least = interpolate(column_offset(here, enthalpy_columns), 0u);
+    let gained_j_kg = predicted_k * (reduced * least + (1.0 - reduced) * heat_capacity);
+    let own = rise_within_row(heat_capacity, column_pair(here, 1u)[1], gained_j_kg);
+    let sought_j_kg = integral(here, 1u) + gained_j_kg;
+    let last = location.rows - 1u;
+    var row = 0u;
+    for (var span = location.enthalpy_search_span; span > 0u; span = span / 2u) {
+        let next = min(row + span, last);
+        if sought_j_kg >= column_pair(table_segment(row_start(next), location), 3u)[0] {
+            row = next;
+        }
+    }
+    let found = table_segment(row_start(row), location);
+    let capacity = column_pair(found, 1u);
+    let position = column_pair(column_offset(found, enthalpy_columns), 1u)[0];
+    let from_start_k = rise_within_row(capacity[0], capacity[1], sought_j_kg - column_pair(found, 3u)[0]);
+    let beyond_k = (from_start_k + position * TABLE_STEP_K) - temperature_k;
+    return array<real, 2>(select(beyond_k, own, row == at.row), least / heat_capacity);
+}
+
+fn row_start(row: u32) -> TableIndex {
+    return TableIndex(row, 0.0);
+}
+
+fn rise_within_row(heat_capacity: real, slope: real, gained_j_kg: real) -> real {
+    let slope_j_kg_k2 = slope * real(1.0 / TABLE_STEP_K);
+    let discriminant = heat_capacity * heat_capacity + (gained_j_kg + gained_j_kg) * slope_j_kg_k2;
+    return (gained_j_kg + gained_j_kg) / (heat_capacity + sqrt(max(discriminant, 0.0)));
 }
 
 fn column_pair(table_segment: TableSegment, property: u32) -> array<real, 2> {

@@ -93,6 +93,9 @@ pub const FACTORS: Limit = Limit { quantity: "factors", max: 128 };
 pub const REACTIONS: Limit = Limit { quantity: "reactions of a material", max: 64 };
 /// Beyond them products of properties leave the range of single precision.
 pub const PROPERTY_DECADES: Limit = Limit { quantity: "powers of ten between a property and its SI unit", max: 15 };
+/// Least distance of two temperatures of a property that are not a jump, K. Beyond it directories of rows would exceed
+/// 10 MB.
+pub const TABLE_TEMPERATURE_DISTANCE_K: f64 = 0.005;
 /// Depths within a millionth of the layup are equal on the grid.
 pub const THICKNESS_RATIO: Limit = Limit { quantity: "times the thickness of a ply for the layup", max: 1_000_000 };
 /// More cells do not resolve anything that the material properties support.

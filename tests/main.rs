@@ -31,6 +31,7 @@ mod report; // the page in a browser: no error, every chart drawn, no request, n
 mod sensor_convergence; // convergence of sensors beside plies that decompose
 mod session; // sessions against the command; progress, cancellation, invalid options
 mod sizing_and_coverage; // sizing against closed forms, coverage studies
+mod stated_tables; // tables as stated: latent heat, jumps, pressures
 #[expect(dead_code, reason = "the tests inside the library use the rest")]
 mod support; // tolerances with their reasons, cases, devices
 mod tangents; // exact derivatives of a march against differences

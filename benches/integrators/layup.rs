@@ -6,7 +6,7 @@
 
 use bondline::plan::Plan;
 use bondline_physics::Real;
-use bondline_physics::layout::{BoundaryForcing, FACE_COLUMNS, TABLE_STEP_K};
+use bondline_physics::layout::{BoundaryForcing, TABLE_STEP_K};
 use bondline_physics::material::{
     ConductivityParts, PlyScale, conductance_across, conductance_slope_across, conductance_within, flux_slopes,
     ply_scale, solid_properties, state_scale,
@@ -162,7 +162,7 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     #[inline(always)]
     fn properties(&self, p: usize, temperatures: &[R], slopes: Derivatives, at: &mut Evaluation<R>) {
         let (plan, ply, (bulk, state)) = (self.plan, &self.plan.rows().plies[p], self.plies[p]);
-        let (block, columns) = (&plan.rows().data.tables[ply.table as usize..], ply.columns as usize);
+        let (tables, location) = (&plan.rows().data.tables, &plan.rows().tables[p]);
         let range = ply.first_cell as usize..ply.end_cell as usize;
         let (rows, temperatures) = (&plan.rows().data.cells[range.clone()], &temperatures[range.clone()]);
         let conductivities = &mut at.conductivities[range.clone()][..rows.len()];
@@ -171,8 +171,8 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
         let capacity_slopes = &mut at.capacity_slopes[range][..rows.len()];
         let per_node = R::from_f64(1.0 / TABLE_STEP_K);
         for i in 0..rows.len() {
-            let here = table_index(temperatures[i]);
-            let row = table_segment(block, here, columns, 0).row;
+            let here = table_index(temperatures[i], tables, location);
+            let row = table_segment(tables, here, location).row;
             let at_spot = |value: R, rise: R| value + here.fraction * rise;
             let [solid, solid_rise, capacity, capacity_rise] = R::column_group(row, 0);
             let mut conductivity = state.solid * at_spot(solid, solid_rise);
@@ -208,9 +208,10 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
         drive: BoundaryForcing<f64>,
         slopes: Derivatives,
     ) -> SurfaceFlux<R> {
-        let here = table_index(temperature_k);
-        let (table, none) = (&self.plan.rows().data.tables, R::from_f64(0.0));
-        let row = table_segment(table, here, FACE_COLUMNS, self.plan.rows().face_table()).row;
+        let (tables, none) = (&self.plan.rows().data.tables, R::from_f64(0.0));
+        let location = self.plan.rows().face_table();
+        let here = table_index(temperature_k, tables, location);
+        let row = table_segment(tables, here, location).row;
         let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
             [0, 1].map(|four| R::column_group(row, four));
         let per_node = R::from_f64(1.0 / TABLE_STEP_K);
@@ -234,12 +235,8 @@ impl<'a, R: Real<Scalar = f64, Constant = R>> Layup<'a, R> {
     fn conductivity(&self, temperatures: &[R], i: usize) -> R {
         let (plan, p) = (self.plan, self.ply_of[i]);
         let ply = &plan.rows().plies[p];
-        let row = table_segment(
-            &plan.rows().data.tables,
-            table_index(temperatures[i]),
-            ply.columns as usize,
-            ply.table as usize,
-        );
+        let (tables, location) = (&plan.rows().data.tables, &plan.rows().tables[p]);
+        let row = table_segment(tables, table_index(temperatures[i], tables, location), location);
         solid_properties(row, ply.parts as usize, self.plies[p].1, false).conductivity
     }
 

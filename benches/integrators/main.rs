@@ -80,7 +80,7 @@ fn main() {
     let own = adapt(&case).unwrap_or_else(|error| panic!("{error}"));
     let rows = own.rows();
     let is_plain =
-        rows.gas.is_none() && rows.max_states == 1 && rows.pressure_levels == 1 && rows.conductivity_parts < 3;
+        rows.gas.is_none() && rows.max_states == 1 && !rows.has_enthalpy_steps && rows.conductivity_parts < 3;
     assert!(
         is_plain && !rows.has_holder && !rows.has_depth_factors,
         "{}: this bench supports conduction only",

@@ -62,11 +62,9 @@ class Layup:
         self.contacts_m2_k_w = np.array(plan["contacts_m2_k_w"])[: len(self.interfaces)]
         self.half_over_next_1_m = cells["half_over_next_1_m"][:-1]
         self.table_step_k, self.table_nodes = plan["table_step_k"], plan["table_nodes"]
-        tables = np.array(plan["tables"])
-        self.stretches = stretches(plan, plies, tables)
+        self.stretches = stretches(plan, plies)
         # (enthalpy of air less that at the cold wall, its slope, emissivity of the hot face) × node.
-        face = tables[plan["face_table"] :][: self.table_nodes * plan["face_columns"]]
-        self.face = np.ascontiguousarray(face.reshape(self.table_nodes, -1)[:, [0, 2, 4]].T)
+        self.face = np.ascontiguousarray(np.array(plan["tables"][-1])[:, [0, 2, 4]].T)
         self.face_rises = np.diff(self.face)
         self.emissivity = int(columns(plan["scalings"])["emissivity"][0])
         drives = columns(plan["drives"])
@@ -103,15 +101,14 @@ def columns(table):
     return dict(zip(table["fields"], np.array(table["rows"], float).T))
 
 
-def stretches(plan, plies, tables):
+def stretches(plan, plies):
     """Adjacent equal plies merged; zero radiative parts left out."""
     found = []
-    block = plan["table_nodes"] * plan["table_columns"]
     # A ply here has one state, and its conductivity factors too.
     conductions = columns(plan["conductions"])
     for ply, density in enumerate(columns(plan["bulks"])["density_kg_m3"]):
         row = {name: int(values[ply]) for name, values in plies.items()}
-        table = tables[row["table"] :][:block].reshape(plan["table_nodes"], -1)
+        table = np.array(plan["tables"][ply])
         # Each property is followed by its difference to the next node.
         picked = [0, 4, 2] + ([8, 10] if plan["parts"] == 2 and table[:, 8].any() else [])
         scales = {name: row[name] for name in ("heat_capacity", "density")}
@@ -136,13 +133,14 @@ def stretches(plan, plies, tables):
 def refuse(case, plan):
     """The features of a plan that the peers do not support."""
     faces, drives, plies = columns(plan["faces"]), columns(plan["drives"]), columns(plan["plies"])
-    face = np.array(plan["tables"])[plan["face_table"] :][: plan["table_nodes"] * plan["face_columns"]]
-    emissivity = face.reshape(plan["table_nodes"], -1)[:, 12]
+    emissivity = np.array(plan["tables"][-1])[:, 12]
     heated = drives["convection"] != 0
     scalings = columns(plan["scalings"])
     beyond = {
         "gas, decomposition or a holder": plan["has_gas"] or plan["has_holder"] or plan["states"] > 1,
-        "pressure that changes": plan["levels"] > 1,
+        "pressure that changes": plan["senses_pressure"],
+        "tables with nodes between multiples of 5 K": plan["has_directories"],
+        "steep heat capacities": plan["advances_enthalpy"],
         "conductivity in three parts": plan["parts"] > 2,
         "a held face, a film or blowing": faces["held"].any() or drives["film_w_m2_k"].any() or drives["blowing"].any(),
         "film coefficients of enthalpy, or a recovery enthalpy that changes": (drives["recovery"][heated] != 1).any()

@@ -10,8 +10,8 @@ mod common;
 use bondline::adapt::adapt;
 use bondline::plan::Plan;
 use bondline_physics::layout::{
-    Bead, BoundaryForcing, BulkProperties, Cell, ConductivityColumns, FACE_COLUMNS, Face, FaceColumns, NO_INSTANT, Ply,
-    Sensor, SensorLocation, TABLE_NODES, TABLE_STEP_K,
+    Bead, BoundaryForcing, BulkProperties, Cell, ConductivityColumns, Face, FaceColumns, NO_INSTANT, Ply, Sensor,
+    SensorLocation, TABLE_STEP_K, TABLE_STEPS, TableLocation,
 };
 use serde_json::{Value, json};
 
@@ -57,18 +57,28 @@ fn march(plan: &Plan) -> Value {
         "places": table(SensorLocation::<u32>::FIELDS, &rows.sensor_locations, SensorLocation::flatten),
         "beads": table(Bead::<f64>::FIELDS, &data.beads, Bead::flatten),
         "parts": rows.conductivity_parts,
-        "levels": rows.pressure_levels,
+        "senses_pressure": rows.plies.iter().any(|ply| ply.senses_pressure == 1),
+        "advances_enthalpy": rows.has_enthalpy_steps,
+        "has_directories": rows.tables.iter().any(|table| table.directory > 0),
         "states": rows.max_states,
         "has_gas": rows.gas.is_some(),
         "has_holder": rows.has_holder,
         "has_depths": rows.has_depth_factors,
-        "table_nodes": TABLE_NODES,
+        "table_nodes": TABLE_STEPS + 1,
         "table_step_k": TABLE_STEP_K,
-        "table_columns": 2 * rows.properties(),
-        "face_table": rows.face_table(),
-        "face_columns": FACE_COLUMNS,
-        "tables": *data.tables,
+        "tables": rows.tables.iter().map(|location| nodes(location, &data.tables)).collect::<Vec<_>>(),
     })
+}
+
+/// A table of one pressure level and the columns of one state, or of the faces: node × column.
+fn nodes(location: &TableLocation<u32>, tables: &[f64]) -> Vec<Vec<f64>> {
+    let columns = location.columns as usize;
+    let rows = tables[location.offset as usize..].chunks_exact(columns).take(location.rows as usize);
+    let mut nodes: Vec<Vec<f64>> = rows.map(<[f64]>::to_vec).collect();
+    // The end of the last row.
+    let end = nodes[nodes.len() - 1].chunks_exact(2).flat_map(|pair| [pair[0] + pair[1], 0.0]).collect();
+    nodes.push(end);
+    nodes
 }
 
 /// Interpolation stencil of each instant: records and weights.

@@ -18,17 +18,11 @@ const PRANDTL: f64 = 0.71;
 /// Thermal accommodation coefficient of air at the walls of a pore; between 0.9 and 1 in Daryabeigi's fits.
 const ACCOMMODATION_COEFFICIENT: f64 = 0.9;
 
-/// Enthalpy of air over temperature (K, J/kg), zero at 298 K, integrated from the heat capacity. Dissociation, which
+/// Enthalpy of air over temperature, J/kg, zero at 298 K, integrated from the heat capacity. Dissociation, which
 /// raises it above about 2000 K, is neglected.
-const ENTHALPY: [(f64, f64); 7] = [
-    (300.0, 2e3),
-    (600.0, 310e3),
-    (900.0, 636e3),
-    (1200.0, 980e3),
-    (1500.0, 1338e3),
-    (1700.0, 1582e3),
-    (2000.0, 1954e3),
-];
+const ENTHALPY_J_KG: [f64; 7] = [2e3, 310e3, 636e3, 980e3, 1338e3, 1582e3, 1954e3];
+/// The temperatures of these enthalpies, K.
+pub const AIR_ENTHALPY_CORNERS_K: [f64; 7] = [300.0, 600.0, 900.0, 1200.0, 1500.0, 1700.0, 2000.0];
 
 /// Cold-wall temperature of the stated heat flux of a probe, K.
 const COLD_WALL_K: f64 = 300.0;
@@ -53,21 +47,27 @@ pub fn air_mean_free_path_m(temperature_k: f64, pressure_pa: f64) -> f64 {
 
 /// Conductivity of air in pores of length L, W/m/K, with the temperature jump at the pore walls.
 ///
-/// `k = k* / (1 + 2 (2−α)/α · 2γ/(γ+1) · Kn/Pr)` with `Kn = λ/L`. Daryabeigi drops one term of the denominator in the
+/// `k = k* / (1 + 2 (2−α)/α · 2γ/(γ+1) · Kn/Pr)` with `Kn = λ/L`, which is `k* p/(p + b T)` ([`air_slip_pa_k`]).
+/// Daryabeigi drops one term of the denominator in the
 /// continuum and the other in free molecular flow. Both are used here at all Knudsen numbers: the difference is a few
 /// per cent, and the function has a continuous derivative.
 pub fn air_conductivity_in_pores_w_m_k(temperature_k: f64, pressure_pa: f64, length_m: f64) -> f64 {
-    let knudsen = air_mean_free_path_m(temperature_k, pressure_pa) / length_m;
+    air_conductivity_w_m_k(temperature_k) / (1.0 + air_slip_pa_k(length_m) * temperature_k / pressure_pa)
+}
+
+/// Slip coefficient b of air in pores of length L, Pa/K: see [`air_conductivity_in_pores_w_m_k`].
+pub fn air_slip_pa_k(length_m: f64) -> f64 {
     let jump =
         2.0 * (2.0 - ACCOMMODATION_COEFFICIENT) / ACCOMMODATION_COEFFICIENT * (2.0 * GAMMA / (GAMMA + 1.0)) / PRANDTL;
-    air_conductivity_w_m_k(temperature_k) / (1.0 + jump * knudsen)
+    jump * air_mean_free_path_m(1.0, 1.0) / length_m
 }
 
 /// Enthalpy of air relative to 298 K, J/kg: piecewise linear from 300 to 2000 K, extrapolated linearly outside.
 pub fn air_enthalpy_j_kg(temperature_k: f64) -> f64 {
-    let above = ENTHALPY.partition_point(|&(t, _)| t <= temperature_k).clamp(1, ENTHALPY.len() - 1);
-    let ((t0, h0), (t1, h1)) = (ENTHALPY[above - 1], ENTHALPY[above]);
-    h0 + (h1 - h0) * (temperature_k - t0) / (t1 - t0)
+    let (corners_k, values) = (AIR_ENTHALPY_CORNERS_K, ENTHALPY_J_KG);
+    let above = corners_k.partition_point(|&corner_k| corner_k <= temperature_k).clamp(1, corners_k.len() - 1);
+    let slope = (values[above] - values[above - 1]) / (corners_k[above] - corners_k[above - 1]);
+    values[above - 1] + slope * (temperature_k - corners_k[above - 1])
 }
 
 #[cfg(test)]

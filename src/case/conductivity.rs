@@ -67,7 +67,19 @@ impl Conductivity {
     /// The solid, gas and radiative parts, W/m/K; their sum is the conductivity. A table counts as solid.
     pub fn parts(&self, temperature_k: f64, pressure_pa: f64) -> [f64; 3] {
         match self {
-            Self::Tables(tables) => [interpolate_in_log_pressure(tables, temperature_k, pressure_pa), 0.0, 0.0],
+            Self::Tables(tables) => {
+                [interpolate_in_log_pressure(tables, pressure_pa, |table| table.at(temperature_k)), 0.0, 0.0]
+            }
+            Self::ThreePart(parts) => parts.at(temperature_k, pressure_pa),
+        }
+    }
+
+    /// The limits of the [`parts`](Self::parts) from lower temperatures: at a jump of a table the values before it.
+    pub(crate) fn parts_just_below(&self, temperature_k: f64, pressure_pa: f64) -> [f64; 3] {
+        match self {
+            Self::Tables(tables) => {
+                [interpolate_in_log_pressure(tables, pressure_pa, |table| table.just_below(temperature_k)), 0.0, 0.0]
+            }
             Self::ThreePart(parts) => parts.at(temperature_k, pressure_pa),
         }
     }
@@ -106,16 +118,16 @@ impl Conductivity {
     }
 }
 
-/// Interpolation linear in ln p; constant outside the pressures of the tables.
-fn interpolate_in_log_pressure(tables: &[(f64, Table)], temperature_k: f64, pressure_pa: f64) -> f64 {
+/// Interpolation of the values of the tables, linear in ln p; constant outside their pressures.
+fn interpolate_in_log_pressure(tables: &[(f64, Table)], pressure_pa: f64, value: impl Fn(&Table) -> f64) -> f64 {
     let last = tables.len() - 1;
     let next = tables.partition_point(|&(pressure, _)| pressure <= pressure_pa);
     if next == 0 || next > last {
-        return tables[next.min(last)].1.at(temperature_k);
+        return value(&tables[next.min(last)].1);
     }
     let ((p0, low), (p1, high)) = (&tables[next - 1], &tables[next]);
     let share = (pressure_pa / p0).ln() / (p1 / p0).ln();
-    low.at(temperature_k) * (1.0 - share) + high.at(temperature_k) * share
+    value(low) * (1.0 - share) + value(high) * share
 }
 
 impl ThreePartConductivity {

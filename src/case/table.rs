@@ -2,7 +2,7 @@
 
 use super::unit::Dimension;
 use super::validation::{FieldPath, finite, positive};
-use crate::limits::PROPERTY_DECADES;
+use crate::limits::{PROPERTY_DECADES, TABLE_TEMPERATURE_DISTANCE_K};
 
 /// Behaviour of a table outside the temperatures of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,11 @@ pub enum OutOfRange {
     Extrapolate,
 }
 
-/// A property over temperature: piecewise linear between strictly increasing temperatures.
+/// The least value of an extrapolated table, as a share of its end value.
+const EXTRAPOLATION_FLOOR: f64 = 0.1;
+
+/// A property over temperature: piecewise linear between temperatures that do not decrease. Two points at the same
+/// temperature are a jump; at that temperature the value after the jump holds.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Table {
@@ -31,24 +35,34 @@ impl Table {
     /// A table of one value (SI) per temperature (K).
     ///
     /// # Errors
-    /// A message, if there is no point, the lengths differ, a number is not finite, or the temperatures do not increase
-    /// from above 0 K.
+    /// A message, if there is no point, the lengths differ, a number is not finite, the temperatures decrease or are
+    /// not above 0 K, more than two are equal, or two differ by less than 5 mK.
     pub fn new(temperatures_k: Vec<f64>, values: Vec<f64>, outside: OutOfRange) -> Result<Self, String> {
         check_lengths(values.len(), temperatures_k.len(), "temperatures")?;
-        let mut last_k = 0.0;
-        for &temperature_k in &temperatures_k {
-            last_k = Self::checked_next_temperature_k(last_k, temperature_k)?;
-        }
+        (0..temperatures_k.len()).try_for_each(|next| Self::check_temperature(&temperatures_k, next))?;
         values.iter().try_for_each(|&value| finite(value, value).map(drop))?;
         Ok(Self { temperatures_k, values, outside })
     }
 
-    /// The temperature of the next point, above the previous one and above zero, K.
-    pub(super) fn checked_next_temperature_k(last_k: f64, temperature_k: f64) -> Result<f64, String> {
-        if finite(temperature_k, format_args!("a temperature of {temperature_k} K"))? > last_k {
-            return Ok(temperature_k);
+    /// Check one of the temperatures of the points against those before it: above zero and not decreasing, and at
+    /// most two are equal.
+    pub(super) fn check_temperature(temperatures_k: &[f64], point: usize) -> Result<(), String> {
+        let temperature_k = temperatures_k[point];
+        finite(temperature_k, format_args!("a temperature of {temperature_k} K"))?;
+        let last_k = if point == 0 { 0.0 } else { temperatures_k[point - 1] };
+        if temperature_k < last_k || temperature_k <= 0.0 {
+            return Err(format!("expected a temperature above {last_k} K, found {temperature_k} K"));
         }
-        Err(format!("expected a temperature above {last_k} K, found {temperature_k} K"))
+        if temperature_k != last_k && temperature_k - last_k < TABLE_TEMPERATURE_DISTANCE_K {
+            return Err(format!(
+                "{temperature_k} K is within {TABLE_TEMPERATURE_DISTANCE_K} K of {last_k} K: expected a larger \
+                 distance, or the same temperature twice for a jump"
+            ));
+        }
+        if point > 1 && temperature_k == temperatures_k[point - 2] {
+            return Err(format!("{temperature_k} K three times: expected at most twice, before and after a jump"));
+        }
+        Ok(())
     }
 
     /// A value of a property of this dimension: a fraction from 0 to 1, any finite enthalpy, else a positive number.
@@ -92,28 +106,58 @@ impl Table {
         Self { temperatures_k: vec![300.0], values: vec![value], outside: OutOfRange::Clamp }
     }
 
-    /// The value at a temperature.
+    /// The value at a temperature; at a jump the value after it.
     pub fn at(&self, temperature_k: f64) -> f64 {
+        self.beside(self.temperatures_k.partition_point(|&t| t <= temperature_k), temperature_k)
+    }
+
+    /// The limit of the value from lower temperatures: at a jump the value before it.
+    pub(crate) fn just_below(&self, temperature_k: f64) -> f64 {
+        self.beside(self.temperatures_k.partition_point(|&t| t < temperature_k), temperature_k)
+    }
+
+    /// The value at a temperature between the points `next - 1` and `next`, or beyond the first or the last.
+    fn beside(&self, next: usize, temperature_k: f64) -> f64 {
         let (temperatures, values) = (&self.temperatures_k, &self.values);
-        let last = temperatures.len() - 1;
-        if last == 0 {
-            return values[0];
+        if next > 0 && next < temperatures.len() {
+            let slope = (values[next] - values[next - 1]) / (temperatures[next] - temperatures[next - 1]);
+            return values[next - 1] + slope * (temperature_k - temperatures[next - 1]);
         }
-        let inside = temperature_k.clamp(temperatures[0], temperatures[last]);
-        let above = temperatures.partition_point(|&t| t <= inside).clamp(1, last);
-        let argument_k = match self.outside {
-            OutOfRange::Extrapolate => temperature_k,
-            OutOfRange::Clamp | OutOfRange::Error => inside,
+        let (end, _) = self.end(next == 0);
+        match self.outside {
+            OutOfRange::Extrapolate => self.extrapolated(next == 0, temperature_k),
+            OutOfRange::Clamp | OutOfRange::Error => values[end],
+        }
+    }
+
+    /// The number of the first or of the last point, and the slope of its segment.
+    fn end(&self, is_first: bool) -> (usize, f64) {
+        let last = self.temperatures_k.len() - 1;
+        let (end, next) = if is_first { (0, last.min(1)) } else { (last, last.saturating_sub(1)) };
+        let rise_k = self.temperatures_k[next] - self.temperatures_k[end];
+        let slope = if rise_k == 0.0 { 0.0 } else { (self.values[next] - self.values[end]) / rise_k };
+        (end, slope)
+    }
+
+    fn extrapolated(&self, is_first: bool, temperature_k: f64) -> f64 {
+        let (end, slope) = self.end(is_first);
+        let value = self.values[end];
+        (value + slope * (temperature_k - self.temperatures_k[end])).max(EXTRAPOLATION_FLOOR * value)
+    }
+
+    /// The temperatures at which the slope or the value of the function changes, in order, K.
+    pub(crate) fn corners_k(&self) -> Vec<f64> {
+        if self.temperatures_k.len() == 1 {
+            return vec![];
+        }
+        let floor_k = |is_first: bool| {
+            let (end, slope) = self.end(is_first);
+            let rise_k = (EXTRAPOLATION_FLOOR - 1.0) * self.values[end] / slope;
+            let is_outside = self.outside == OutOfRange::Extrapolate && (rise_k < 0.0) == is_first;
+            (is_outside && rise_k.is_finite()).then_some(self.temperatures_k[end] + rise_k)
         };
-        let slope = (values[above] - values[above - 1]) / (temperatures[above] - temperatures[above - 1]);
-        let value = values[above - 1] + slope * (argument_k - temperatures[above - 1]);
-        if argument_k < temperatures[0] {
-            value.max(0.1 * values[0])
-        } else if argument_k > temperatures[last] {
-            value.max(0.1 * values[last])
-        } else {
-            value
-        }
+        let points_k = self.temperatures_k.iter().copied();
+        floor_k(true).into_iter().chain(points_k).chain(floor_k(false)).collect()
     }
 
     /// The ratio to another table, if it is the same at all temperatures.
@@ -304,6 +348,29 @@ mod tests {
     }
 
     #[test]
+    fn a_temperature_stated_twice_is_a_jump_with_the_later_value_at_it() {
+        for outside in [OutOfRange::Clamp, OutOfRange::Extrapolate] {
+            let table = Table::new(vec![300.0, 400.0, 400.0, 500.0], vec![1.0, 2.0, 4.0, 6.0], outside)
+                .expect("a table with a jump");
+            assert_eq!((table.just_below(400.0), table.at(400.0)), (2.0, 4.0));
+            assert_eq!((table.just_below(350.0), table.at(350.0), table.at(450.0)), (1.5, 1.5, 5.0));
+            let ends = Table::new(vec![300.0, 300.0, 400.0, 400.0], vec![1.0, 2.0, 2.0, 4.0], outside)
+                .expect("a table with jumps at its ends");
+            assert_eq!([299.0, 300.0, 399.0, 400.0, 500.0].map(|t| ends.at(t)), [1.0, 2.0, 2.0, 4.0, 4.0]);
+            assert_eq!((ends.just_below(300.0), ends.just_below(400.0)), (1.0, 2.0));
+        }
+    }
+
+    #[test]
+    fn an_extrapolated_table_has_a_corner_where_it_meets_its_floor() {
+        let table = Table::new(vec![300.0, 400.0], vec![1.0, 0.5], OutOfRange::Extrapolate).expect("a table");
+        assert_eq!(table.corners_k(), [300.0, 400.0, 490.0]);
+        assert!((table.at(490.0) - 0.05).abs() < 1e-12 && (table.at(489.0) - 0.055).abs() < 1e-12);
+        let clamped = Table { outside: OutOfRange::Clamp, ..table };
+        assert_eq!(clamped.corners_k(), [300.0, 400.0]);
+    }
+
+    #[test]
     fn tables_and_schedules_that_are_unordered_or_not_finite_are_refused() {
         let table = |temperatures_k: &[f64], values: &[f64]| {
             Table::new(temperatures_k.to_vec(), values.to_vec(), OutOfRange::Clamp).map(|_| ())
@@ -312,7 +379,12 @@ mod tests {
         for (temperatures_k, values, message) in [
             (&[][..], &[][..], "no temperatures: expected at least one"),
             (&[300.0], &[1.0, 2.0], "expected one value for each of 1 temperatures, found 2"),
-            (&[300.0, 300.0], &[1.0, 2.0], "expected a temperature above 300 K, found 300 K"),
+            (&[300.0, 299.0], &[1.0, 2.0], "expected a temperature above 300 K, found 299 K"),
+            (
+                &[300.0, 300.0, 300.0],
+                &[1.0, 2.0, 3.0],
+                "300 K three times: expected at most twice, before and after a jump",
+            ),
             (&[0.0], &[1.0], "expected a temperature above 0 K, found 0 K"),
             (&[f64::NAN], &[1.0], "expected a finite number, found a temperature of NaN K"),
             (&[300.0], &[f64::INFINITY], "expected a finite number, found inf"),

@@ -6,15 +6,15 @@ use super::double_word::DoubleWord;
 use super::gas_advection::{advected_heat_gain, advected_heat_slopes, gas_enthalpy};
 use super::holder::lateral_heat_flux;
 use super::material::{
-    at_pressure_levels, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
+    conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
 };
 use super::member::Member;
 use super::mixture::{conductivity_divisor, mixture_sums, state_change};
 use super::state::{CellProperties, Mixture};
 use super::surface_flux::{SurfaceFlux, surface_flux};
-use super::table::{column_offset, integral, interpolate, row_segment, table_index, table_segment};
+use super::table::{column_offset, integral, interpolate, row_segment, table_index};
 use crate::layout::GasTransport;
-use crate::layout::{BoundaryForcing, Cell, FACE_COLUMNS, GAS_COLUMNS};
+use crate::layout::{BoundaryForcing, Cell, ENTHALPY_COLUMNS, GAS_COLUMNS};
 use std::ops::Range;
 
 /// A cell at a stage, as its two interior faces see it.
@@ -80,14 +80,16 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn properties(&mut self, step: usize, stage: usize) {
         for p in 0..self.scales.plies.len() {
             let ply = &self.plan.plies[p];
-            if ply.rows > 1 || self.plan.pressure_levels > 1 {
+            if ply.rows > 1 || ply.senses_pressure == 1 {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
                     self.mixture_properties(p, i, step, stage);
                 }
             } else {
                 self.single_substance_properties(p, stage);
             }
-            if GAS && self.plan.gas == Some(GasTransport::Darcy) {
+            // The heat capacity of the first stage, which steps that advance enthalpies keep, has that of the gas.
+            let keeps_first = stage == 1 && self.plan.tables[p].enthalpy_search_span > 0;
+            if GAS && self.plan.gas == Some(GasTransport::Darcy) && !keeps_first {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
                     let gas = self.gas_capacity(i);
                     let own = &mut self.thermal.properties[i];
@@ -101,12 +103,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Properties of a cell that is a mixture, or whose pressure changes.
     #[inline(always)]
     pub(super) fn mixture_properties(&mut self, p: usize, i: usize, step: usize, stage: usize) {
-        let at = table_index(self.thermal.temperatures[i].high + self.stage_increment(i, stage));
-        let pressure = self.pressure_index(i, step, stage);
-        let row = self.ply_row(p, at_pressure_levels(at, pressure)[0]);
+        let temperature_k = self.thermal.temperatures[i].high + self.stage_increment(i, stage);
+        let row = self.ply_row(p, temperature_k);
         let phases = self.stage_phases(p, i, stage);
-        let here = self.mixture(p, at, row, pressure, phases, stage == 0);
-        let capacity = here.heat_capacity * R::constant(self.rows.cells[i].width_m);
+        let here = self.mixture(p, temperature_k, self.cell_pressure_pa(i, step, stage), phases, stage == 0);
+        let mut capacity = here.heat_capacity * R::constant(self.rows.cells[i].width_m);
+        if stage == 1 && self.plan.tables[p].enthalpy_search_span > 0 {
+            capacity = self.thermal.properties[i].first_capacity * self.composition_ratio(p, i);
+        }
         self.thermal.properties[i].set(here.conductivity, here.slope, capacity, stage);
         if self.reads_gas_tables(stage) {
             [self.gas.enthalpies_j_kg[i], self.gas.heat_capacities[i]] = gas_enthalpy(self.gas_columns(p, row));
@@ -125,8 +129,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             (self.plan, self.plan.plies[p], self.rows.bulk_properties[p], self.scales.plies[p]);
         let (states, stride, parts) = (ply.states as usize, plan.max_states, ply.parts as usize);
         // Constant bounds of the row: the reads below need no bounds check.
-        let columns = 2 * plan.properties() + if GAS { GAS_COLUMNS } else { 0 };
-        let table = &self.rows.tables[ply.table as usize..];
+        let location = plan.tables[p];
+        let advances_enthalpy = location.enthalpy_search_span > 0;
+        let columns = 2 * plan.properties()
+            + if GAS { GAS_COLUMNS } else { 0 }
+            + if advances_enthalpy { ENTHALPY_COLUMNS } else { 0 };
+        let tables = &self.rows.tables[..];
+        let table = &tables[location.offset as usize..];
         let (with_slope, reads_gas) = (stage == 0, self.reads_gas_tables(stage));
         let cells = ply.first_cell as usize..ply.end_cell as usize;
         let rows = &self.rows.cells[cells.clone()];
@@ -156,7 +165,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             #[inline(always)]
             |i| {
                 let increment = if with_slope { R::from_f64(0.0) } else { first[i] };
-                let at = table_index(temperatures[i].high + increment);
+                let at = table_index(temperatures[i].high + increment, tables, &location);
                 shares[i] = at.fraction;
                 // Here, so that the division does not hold up the reads either.
                 if mixes {
@@ -184,6 +193,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             matter[i].set(here.conductivity, here.slope, capacity, stage);
             if reads_gas {
                 [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(column_offset(row, plan.properties()));
+            }
+        }
+        if stage == 1 && advances_enthalpy {
+            for i in cells {
+                let ratio = self.composition_ratio(p, i);
+                let own = &mut self.thermal.properties[i];
+                own.slope_or_capacity = own.first_capacity * ratio;
             }
         }
     }
@@ -315,15 +331,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn surface_state(&self, face: usize, cell: usize, stage: usize) -> SurfaceState<R> {
         let temperature_k = self.thermal.temperatures[cell].high + self.stage_increment(cell, stage);
-        let at = table_index(temperature_k);
-        let ply = face * (self.scales.plies.len() - 1);
-        let emissivity = self.face_emissivity(face, ply, cell, at, stage);
-        let air = table_segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
+        let plies = self.scales.plies.len();
+        let here = self.ply_row(plies, temperature_k);
+        let emissivity = self.face_emissivity(face, face * (plies - 1), cell, here, stage);
         SurfaceState {
             temperature_k,
             emissivity,
-            enthalpy_j_kg: interpolate(air, 0),
-            enthalpy_slope_j_kg_k: interpolate(air, 1),
+            enthalpy_j_kg: interpolate(here, 0),
+            enthalpy_slope_j_kg_k: interpolate(here, 1),
         }
     }
 

@@ -22,7 +22,7 @@ use super::double_word::DoubleWord;
 use super::gas::{GasFlux, PoreState, gas_flux, midpoint_pores};
 use super::member::Member;
 use super::mixture::thickness_ratio_of;
-use super::table::{interpolate, table_index};
+use super::table::interpolate;
 use super::tridiagonal::{factorise, substitute};
 use crate::layout::GasTransport;
 use crate::layout::MAX_STATES;
@@ -91,8 +91,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn pore_state(&self, p: usize, i: usize, stage: usize) -> PoreState<R> {
         let ply = &self.plan.plies[p];
         let temperature_k = self.thermal.temperatures[i].high + self.stage_increment(i, stage);
-        let at = table_index(temperature_k);
-        let gas = self.gas_columns(p, self.ply_row(p, at));
+        let gas = self.gas_columns(p, self.ply_row(p, temperature_k));
         let (molar_kg_k_j, viscosity_pa_s) = (interpolate(gas, 2), interpolate(gas, 3));
         let phases = self.current_phases(p, i);
         let thickness_ratio =

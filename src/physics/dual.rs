@@ -174,6 +174,10 @@ impl<V: Real<Scalar = V, Constant = V> + PartialOrd, D: Directions<V>> Real for 
         Self::without_tangent(self.value.ge_mask(threshold.value))
     }
     #[inline(always)]
+    fn reaches(self, threshold: V) -> V {
+        self.value.ge_mask(threshold)
+    }
+    #[inline(always)]
     fn any_nonzero(self) -> bool {
         self.value.any_nonzero()
     }

@@ -3,7 +3,7 @@
 use super::Real;
 use super::compensated::{add_compensated, opaque};
 use super::member::Member;
-use super::table::{integral, table_index};
+use super::table::integral;
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Sums the heat stored since the start. The heat stored in a held cell counts as heat through its face.
@@ -33,11 +33,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let rows = self.rows;
         let ply = self.plan.plies[p];
         let width_m = R::splat(rows.cells[i].width_m);
-        let now = table_index(self.thermal.temperatures[i].high);
-        let then = table_index(R::splat(rows.cells[i].start_k));
+        let now = self.ply_row(p, self.thermal.temperatures[i].high);
+        let then = self.ply_row(p, R::splat(rows.cells[i].start_k));
         if ply.states == 1 {
-            let now_j_kg = integral(self.ply_row(p, now), 1);
-            let then_j_kg = integral(self.ply_row(p, then), 1);
+            let now_j_kg = integral(now, 1);
+            let then_j_kg = integral(then, 1);
             return opaque(now_j_kg - then_j_kg) * self.scales.plies[p].density_kg_m3 * width_m
                 + self.gas_heat_gain(p, i);
         }
@@ -45,9 +45,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mass_kg_m2 = self.scales.plies[p].mass_kg_m3 * width_m;
         let lost_kg_m2 = mass_kg_m2 * (R::from_f64(1.0) - self.mass_ratio(p, phases));
         self.sums.lost_and_stored[0] = self.sums.lost_and_stored[0] + lost_kg_m2;
-        let then = self.ply_row(p, then);
         let then_j_kg = self.state_enthalpy(p, 0, integral(then, 1));
-        let now_j_kg = self.solid_enthalpy(p, phases, self.ply_row(p, now));
+        let now_j_kg = self.solid_enthalpy(p, phases, now);
         opaque(now_j_kg - then_j_kg) * mass_kg_m2 + self.gas_heat_gain(p, i)
     }
 }

@@ -35,12 +35,6 @@ pub struct GasFlux<R> {
     pub below: R,
 }
 
-/// Coordinate of a pressure on the uniform pressure levels of the tables, zero to one.
-#[inline(always)]
-pub fn pressure_coordinate<R: Real>(pressure_pa: R, middle_pa: R) -> R {
-    pressure_pa / (pressure_pa + middle_pa)
-}
-
 /// Mean of the pores at the start and at the end of a step, for fluxes, which do not depend on the storage.
 #[inline(always)]
 pub fn midpoint_pores<R: Real>(start: PoreState<R>, end: PoreState<R>) -> PoreState<R> {

@@ -7,7 +7,7 @@ use super::GAMMA;
 use super::Real;
 use super::compensated::{add_compensated, opaque};
 use super::member::Member;
-use super::table::{TableSegment, interpolate, table_index};
+use super::table::{TableSegment, interpolate};
 use crate::layout::GasTransport;
 
 /// Advected heat gained by each of two neighbouring cells, W/m²: half the upward mass flux times the enthalpy
@@ -58,7 +58,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn gas_flow_work(&self, p: usize, cell: usize, stage: usize) -> R {
         let temperature_k = self.thermal.temperatures[cell].high + self.stage_increment(cell, stage);
-        temperature_k / interpolate(self.gas_columns(p, self.ply_row(p, table_index(temperature_k))), 2)
+        temperature_k / interpolate(self.gas_columns(p, self.ply_row(p, temperature_k)), 2)
     }
 
     /// Heat stored in a cell's gas since the start, J/m². Adds the stored gas mass to the balance.
@@ -72,7 +72,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let now_j_kg = self.gas.enthalpies_j_kg[cell] - self.gas_flow_work(p, cell, 0);
         let then_kg_m2 = self.initial_gas_storage(p, cell) * R::splat(self.rows.boundary_forcing[0].pressure_pa);
         let start_k = R::splat(self.rows.cells[cell].start_k);
-        let then = self.gas_columns(p, self.ply_row(p, table_index(start_k)));
+        let then = self.gas_columns(p, self.ply_row(p, start_k));
         let then_j_kg = interpolate(then, 0) - start_k / interpolate(then, 2);
         self.sums.lost_and_stored[1] = self.sums.lost_and_stored[1] + opaque(now_kg_m2 - then_kg_m2);
         now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg
@@ -82,7 +82,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn initial_gas_storage(&self, p: usize, cell: usize) -> R {
         let start_k = R::splat(self.rows.cells[cell].start_k);
-        let molar = interpolate(self.gas_columns(p, self.ply_row(p, table_index(start_k))), 2);
+        let molar = interpolate(self.gas_columns(p, self.ply_row(p, start_k)), 2);
         let virgin = self.rows.state_properties[self.plan.plies[p].first_state as usize];
         let volume_m = R::splat(self.rows.cells[cell].width_m) * self.scales.plies[p].thickness;
         volume_m * R::splat(virgin.porosity) * (molar / start_k)

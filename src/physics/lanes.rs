@@ -126,6 +126,10 @@ macro_rules! lanes {
                 Self(self.0.cmp_gte(threshold.0) & S::$vector::set1(1.0))
             }
             #[inline(always)]
+            fn reaches(self, threshold: Self) -> Self {
+                self.ge_mask(threshold)
+            }
+            #[inline(always)]
             fn any_nonzero(self) -> bool {
                 S::$any_nonzero(self.0)
             }

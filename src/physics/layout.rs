@@ -126,13 +126,26 @@ rows! {
     /// First-order lag of a thermocouple bead over a step: weights of the readings at the start and at the end.
     real Bead { start, end }
 
-    /// A ply: its cells, tables, reactions and factor columns. Column 0 is one.
+    /// A table: its rows, and the directory that finds the row of a temperature: see `table`.
+    u32 TableLocation {
+        /// Offset of the first row, and columns of a row.
+        offset,
+        columns,
+        /// Rows of a pressure level.
+        rows,
+        /// Offset of the directory, after the rows; zero where the rows are the table steps.
+        directory,
+        /// Buckets of the directory in a table step, and the last bucket; without a directory rows.
+        buckets_per_step,
+        last_bucket,
+        /// The largest power of two of the row numbers, for a search by enthalpy; zero where steps advance temperatures.
+        enthalpy_search_span,
+    }
+
+    /// A ply: its cells, states, reactions and factor columns. Column 0 is one.
     u32 Ply {
         first_cell,
         end_cell,
-        /// Offset of its tables, and columns of a table row: those of every tabulated state, then those of the gas.
-        table,
-        columns,
         /// Number of states, virgin and residues; their rows start at `first_state`.
         states,
         /// Tabulated states: all, or the virgin one alone where the properties of every residue are multiples of its.
@@ -142,6 +155,11 @@ rows! {
         parts,
         /// 1 where the ply above is of the same material, else 0.
         same_material_above,
+        /// Its pressure levels, at which the conductivity is tabulated.
+        first_level,
+        levels,
+        /// 1 where its conductivity follows a changing pressure, else 0.
+        senses_pressure,
         first_state,
         first_reaction,
         end_reaction,
@@ -158,7 +176,8 @@ rows! {
         contact,
     }
 
-    /// Factor columns of the conductivity of a state of a ply: of the total, and of each part.
+    /// Factor columns of the conductivity of a state of a ply: of the total, and of each part; and its pores, where the
+    /// gas part follows a changing pressure.
     u32 ConductivityColumns {
         whole,
         solid,
@@ -166,7 +185,18 @@ rows! {
         radiative,
         /// The column of the density factor, where extinction follows density.
         extinction,
+        first_pore,
+        end_pore,
     }
+
+    /// A pore class: its factor on the conductivity of unconfined air at pressure P is `share P/(P + slip T)`.
+    real PoreClass {
+        share,
+        slip_pa_k,
+    }
+
+    /// A pressure at which conductivities are tabulated; they are linear in its logarithm between levels.
+    real PressureLevel { log_pressure }
 
     /// Factor columns of a face.
     u32 FaceColumns { heating, film, exchange, emissivity }
@@ -225,10 +255,10 @@ rows! {
 
 /// Temperature of the first node of every table, K.
 pub const TABLE_START_K: f64 = 0.0;
-/// Distance between nodes, K: the resampling error of a power-law property is below 1e-4 of its value.
+/// Unit of table positions, K; rows without a directory are one step long.
 pub const TABLE_STEP_K: f64 = 5.0;
-/// Nodes of every table. A member above the last node, 4,000 K, has diverged.
-pub const TABLE_NODES: usize = 801;
+/// Table steps. A member above the end of the last step, 4,000 K, has diverged.
+pub const TABLE_STEPS: usize = 800;
 /// Table columns per vector load: two properties, each as its value at a node and its increment to the next node.
 pub const COLUMNS_PER_LOAD: usize = 4;
 /// Properties in the table of the faces before the emissivities of the hot face and of the back face in each state:
@@ -239,10 +269,11 @@ pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * MAX_STATES);
 /// Gas columns at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant (kg K/J) and
 /// viscosity (Pa s).
 pub const GAS_COLUMNS: usize = 2 * 4;
+/// Columns at the end of a row of a table for steps that advance enthalpies: lower bound of the heat capacity (J/kg/K), and
+/// the position of the row in table steps.
+pub const ENTHALPY_COLUMNS: usize = 2 * 2;
 /// Maximum number of states of a ply.
 pub const MAX_STATES: usize = 4;
-/// Pressure levels in the tables of a case with varying pressure.
-pub const MAX_PRESSURE_LEVELS: usize = 17;
 /// Gauges of a layup at every instant, in a case with gas.
 pub const GAUGES: usize = 6;
 
@@ -271,6 +302,8 @@ pub struct PlanRows {
     /// Records of every sensor in a march.
     pub records: usize,
     pub plies: Vec<Ply<u32>>,
+    /// The table of each ply, then that of the faces.
+    pub tables: Vec<TableLocation<u32>>,
     /// Ply × state.
     pub conductivity_columns: Vec<ConductivityColumns<u32>>,
     /// Factor columns of the hot face and of the back face.
@@ -284,10 +317,8 @@ pub struct PlanRows {
     /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
     /// where a factor on density scales extinction. Three: solid, gas and radiative, where a factor scales a part.
     pub conductivity_parts: usize,
-    /// Pressure levels in the tables: one where the pressure is constant.
-    pub pressure_levels: usize,
-    /// The pressure at the middle level, Pa.
-    pub middle_level_pa: f64,
+    /// Whether steps of some ply advance enthalpies.
+    pub has_enthalpy_steps: bool,
     /// Maximum number of states of a ply, and of reactions.
     pub max_states: usize,
     pub max_reactions: usize,
@@ -324,9 +355,9 @@ impl PlanRows {
         properties_per_state(self.conductivity_parts)
     }
 
-    /// Offset of the table of the faces.
-    pub fn face_table(&self) -> usize {
-        self.data.tables.len() - TABLE_NODES * FACE_COLUMNS
+    /// The table of the faces.
+    pub fn face_table(&self) -> &TableLocation<u32> {
+        &self.tables[self.plies.len()]
     }
 
     /// Whether there are rows of temperature limits.
@@ -352,6 +383,9 @@ pub struct PlanData<S> {
     pub bulk_properties: Vec<BulkProperties<S>>,
     /// Ply × state.
     pub state_properties: Vec<StateProperties<S>>,
+    /// Ply × level.
+    pub pressure_levels: Vec<PressureLevel<S>>,
+    pub pore_classes: Vec<PoreClass<S>>,
     /// Ply × reaction.
     pub reactions: Vec<Reaction<S>>,
     /// Contact resistance of each interface, m²K/W.
@@ -361,10 +395,11 @@ pub struct PlanData<S> {
     /// Four a step: hot face at its start and end, back face at its start and end; then four for the end of the march.
     pub boundary_forcing: Vec<BoundaryForcing<S>>,
     pub step_lengths_s: Vec<S>,
-    /// Ply × pressure level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI.
+    /// Ply × pressure level × row × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI.
     /// Where the conductivity is in parts, its first column is the solid part, and (radiative, its slope, gas, its
-    /// slope) follow. Each row ends with the gas properties, if the case has gas. Each property is a pair: value at the
-    /// node, increment to the next. Plies of one material share a table; the table of the faces is last. Plans of one
+    /// slope) follow. Each row ends with the gas properties, if the case has gas, and with those of steps that advance
+    /// enthalpies. Each property is a pair: value at the start of the row, rise per table step. After the rows of a
+    /// table lie its directories. Plies of one material share a table; the table of the faces is last. Plans of one
     /// case share the tables.
     pub tables: Arc<[S]>,
     pub sensors: Vec<Sensor<S>>,
@@ -379,6 +414,8 @@ impl<S: Copy> PlanData<S> {
             cells: self.cells.iter().map(|row| row.map(each)).collect(),
             bulk_properties: self.bulk_properties.iter().map(|row| row.map(each)).collect(),
             state_properties: self.state_properties.iter().map(|row| row.map(each)).collect(),
+            pressure_levels: self.pressure_levels.iter().map(|row| row.map(each)).collect(),
+            pore_classes: self.pore_classes.iter().map(|row| row.map(each)).collect(),
             reactions: self.reactions.iter().map(|row| row.map(each)).collect(),
             contacts_m2_k_w: self.contacts_m2_k_w.iter().map(|&x| each(x)).collect(),
             faces: [self.faces[0].map(each), self.faces[1].map(each)],

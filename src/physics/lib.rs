@@ -91,6 +91,7 @@ pub fn constants() -> Vec<(String, f64)> {
         ("CONVERSION_MIN", gauges::CONVERSION_MIN),
         ("BEND_MIN_K_M", thermocouple::BEND_MIN_K_M),
         ("GAMMA", GAMMA),
+        ("EXCESS_ALLOWED", step::EXCESS_ALLOWED),
         ("DIVERGENCE_MARGIN_K", f64::from(step::DIVERGENCE_MARGIN_K)),
         ("DIVERGENCE_SPAN_K", f64::from(step::DIVERGENCE_SPAN_K)),
     ];
@@ -165,6 +166,8 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// One if self ≥ `threshold`, else zero.
     fn ge_mask(self, threshold: Self) -> Self;
+    /// One if the value ≥ `threshold`, else zero, without derivatives.
+    fn reaches(self, threshold: Self::Constant) -> Self::Constant;
     /// Whether any lane is not zero.
     fn any_nonzero(self) -> bool;
     /// Rounds to the nearest integer, ties to even.
@@ -244,6 +247,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn ge_mask(self, threshold: Self) -> Self {
                 if self >= threshold { 1.0 } else { 0.0 }
+            }
+            #[inline(always)]
+            fn reaches(self, threshold: Self) -> Self {
+                Real::ge_mask(self, threshold)
             }
             #[inline(always)]
             fn any_nonzero(self) -> bool {

@@ -3,7 +3,7 @@
 use super::Real;
 use super::compensated::opaque;
 use super::table::{TableIndex, TableSegment, interpolate};
-use crate::layout::{BulkProperties, ConductivityColumns, Ply, StateProperties, TABLE_NODES};
+use crate::layout::{BulkProperties, ConductivityColumns, Ply, StateProperties};
 
 /// Factors of one member on a ply. A thickness factor f stretches the ply; on the unstretched grid that is conductivity
 /// over f and heat capacity times f.
@@ -95,7 +95,7 @@ pub struct StateScale<R> {
     pub formation_j_kg: R,
 }
 
-/// Position of a pressure among the table levels: the level below and the fraction towards the next.
+/// Position of a pressure among the table levels of a ply: the level below and the fraction towards the next.
 #[derive(Clone, Copy)]
 pub struct PressureIndex<R: Real> {
     pub level_below: R::Constant,
@@ -157,12 +157,12 @@ pub fn state_scale<R: Real>(
     }
 }
 
-/// The table index in the rows of the pressure level below, and of the next level.
+/// The table index in the rows of the pressure level below, and of the next level, of tables with `rows` rows a level.
 #[inline(always)]
-pub fn at_pressure_levels<R: Real>(at: TableIndex<R>, pressure: PressureIndex<R>) -> [TableIndex<R>; 2] {
-    let nodes = R::constant_from_f64(TABLE_NODES as f64);
-    let under = pressure.level_below * nodes + at.row;
-    [TableIndex { row: under, fraction: at.fraction }, TableIndex { row: under + nodes, fraction: at.fraction }]
+pub fn at_pressure_levels<R: Real>(at: TableIndex<R>, rows: u32, pressure: PressureIndex<R>) -> [TableIndex<R>; 2] {
+    let rows = R::constant_from_f64(f64::from(rows));
+    let under = pressure.level_below * rows + at.row;
+    [TableIndex { row: under, fraction: at.fraction }, TableIndex { row: under + rows, fraction: at.fraction }]
 }
 
 /// Scaled properties of a state of a ply at a temperature: conductivity (W/m/K), its slope (W/m/K²), and heat capacity

@@ -70,7 +70,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             plan,
             rows,
             scales: Self::scale(plan, rows, column),
-            thermal: Thermal::start(rows),
+            thermal: Thermal::start(plan, rows),
             sensors: SensorState::start(plan.sensor_locations.len()),
             reactions: ReactionState::start(plan, cells),
             gas: GasState::start(cells),

@@ -2,14 +2,18 @@
 
 use super::Real;
 use super::compensated::opaque;
-use super::gas::pressure_coordinate;
+use super::exponential::logarithm;
 use super::material::{
     ConductivityParts, PlyScale, PressureIndex, SolidProperties, StateScale, at_pressure_levels, solid_properties,
 };
 use super::member::Member;
-use super::table::{TableIndex, TableSegment, column_offset, integral, interpolate, table_index, table_segment};
+use super::table::{
+    TableIndex, TableSegment, column_offset, integral, interpolate, rise_by_enthalpy, table_index, table_segment,
+};
 use crate::layout::GasTransport;
-use crate::layout::{AIR_PROPERTIES, BulkProperties, FACE_COLUMNS, MAX_STATES, ReactionPath};
+use crate::layout::{
+    AIR_PROPERTIES, BulkProperties, ConductivityColumns, ENTHALPY_COLUMNS, MAX_STATES, PlanData, PlanRows, ReactionPath,
+};
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Factors of the member on a state of a ply.
@@ -84,9 +88,15 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Emissivity of the ply at a face.
     #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
-    pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: TableIndex<R>, stage: usize) -> R {
+    pub(super) fn face_emissivity(
+        &self,
+        face: usize,
+        ply: usize,
+        cell: usize,
+        seen: TableSegment<'a, R>,
+        stage: usize,
+    ) -> R {
         let phases = self.stage_phases(ply, cell, stage);
-        let seen = table_segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
         let first = AIR_PROPERTIES + face * MAX_STATES;
         let by_volume = self.rows.bulk_properties[ply].by_volume == R::scalar(1.0);
         let mut sum = R::from_f64(0.0);
@@ -99,11 +109,23 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         if by_volume { sum } else { sum / self.mass_ratio(ply, phases) }
     }
 
+    /// Index of a temperature in the tables of a ply; for the faces, past the last ply.
+    #[inline(always)]
+    pub(super) fn ply_index(&self, ply: usize, temperature_k: R) -> TableIndex<R> {
+        table_index(temperature_k, &self.rows.tables, &self.plan.tables[ply])
+    }
+
     /// Row of a ply's tables at a table index.
     #[inline(always)]
-    pub(super) fn ply_row(&self, ply: usize, at: TableIndex<R>) -> TableSegment<'a, R> {
-        let (rows, ply) = (self.rows, &self.plan.plies[ply]);
-        table_segment(&rows.tables, at, ply.columns as usize, ply.table as usize)
+    pub(super) fn row_at(&self, ply: usize, at: TableIndex<R>) -> TableSegment<'a, R> {
+        let rows = self.rows;
+        table_segment(&rows.tables, at, &self.plan.tables[ply])
+    }
+
+    /// Row of a ply's tables at a temperature.
+    #[inline(always)]
+    pub(super) fn ply_row(&self, ply: usize, temperature_k: R) -> TableSegment<'a, R> {
+        self.row_at(ply, self.ply_index(ply, temperature_k))
     }
 
     /// Columns of a state in a row.
@@ -138,24 +160,25 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         }
     }
 
-    /// Properties of a cell with given volume fractions, from the row of the pressure level below; heat capacity per
-    /// unstretched volume, J/m³/K.
+    /// Properties of a cell with given volume fractions at a temperature and a pressure; heat capacity per unstretched
+    /// volume, J/m³/K.
     #[inline(always)]
     pub(super) fn mixture(
         &self,
         p: usize,
-        at: TableIndex<R>,
-        row: TableSegment<'a, R>,
-        pressure: PressureIndex<R>,
+        temperature_k: R,
+        pressure_pa: R,
         phases: [R; MAX_STATES],
         with_slope: bool,
     ) -> SolidProperties<R> {
         let left = conductivity_divisor(self.mass_ratio(p, phases), self.scales.plies[p], self.rows.bulk_properties[p]);
         let per_left = R::from_f64(1.0) / left;
-        let mut here = self.mixture_at_level(p, row, phases, with_slope);
-        if self.plan.pressure_levels > 1 {
-            let over =
-                self.mixture_at_level(p, self.ply_row(p, at_pressure_levels(at, pressure)[1]), phases, with_slope);
+        let pressure = self.pressure_index(p, pressure_pa);
+        let [under, over] = at_pressure_levels(self.ply_index(p, temperature_k), self.plan.tables[p].rows, pressure);
+        let conditions = [temperature_k, pressure_pa];
+        let mut here = self.mixture_at_level(p, self.row_at(p, under), conditions, phases, with_slope);
+        if self.plan.plies[p].levels > 1 {
+            let over = self.mixture_at_level(p, self.row_at(p, over), conditions, phases, with_slope);
             here.conductivity = here.conductivity + pressure.fraction * (over.conductivity - here.conductivity);
             here.slope = here.slope + pressure.fraction * (over.slope - here.slope);
         }
@@ -170,6 +193,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         &self,
         p: usize,
         row: TableSegment<'a, R>,
+        conditions: [R; 2],
         phases: [R; MAX_STATES],
         with_slope: bool,
     ) -> SolidProperties<R> {
@@ -185,13 +209,16 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
             alike = mixture_sums(&phases[..states], &changes, parts);
         }
+        alike.conductivity.gas = self.pore_factor(p, 0, conditions) * alike.conductivity.gas;
         let virgin = solid_properties(row, parts, alike.conductivity, with_slope);
         let mut sum =
             SolidProperties { heat_capacity: alike.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity), ..virgin };
         for state in 1..MAX_STATES {
             if state < rows {
                 let (volume, own) = (phases[state], self.scale_of(p, state));
-                let here = solid_properties(self.state_columns(state, row), parts, own.conductivity, with_slope);
+                let mut scale = own.conductivity;
+                scale.gas = self.pore_factor(p, state, conditions) * scale.gas;
+                let here = solid_properties(self.state_columns(state, row), parts, scale, with_slope);
                 sum.conductivity = sum.conductivity + volume * here.conductivity;
                 sum.slope = sum.slope + volume * here.slope;
                 sum.heat_capacity =
@@ -199,6 +226,23 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             }
         }
         sum
+    }
+
+    /// Factor of a state's pores on the conductivity of unconfined air at a temperature (K) and a pressure (Pa); one
+    /// where the table holds the gas part itself.
+    #[inline(always)]
+    fn pore_factor(&self, p: usize, state: usize, [temperature_k, pressure_pa]: [R; 2]) -> R {
+        let ConductivityColumns { first_pore, end_pore, .. } =
+            self.plan.conductivity_columns[self.plan.plies[p].first_state as usize + state];
+        if first_pore == end_pore {
+            return R::from_f64(1.0);
+        }
+        let mut factor = R::from_f64(0.0);
+        for pore in &self.rows.pore_classes[first_pore as usize..end_pore as usize] {
+            let slip_pa = temperature_k * R::constant(pore.slip_pa_k);
+            factor = factor + pressure_pa * R::constant(pore.share) / (pressure_pa + slip_pa);
+        }
+        factor
     }
 
     /// Conductivity of a cell with its current composition, W/m/K. Stages use the composition at another time, which
@@ -209,28 +253,91 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         if !GAS || ply.end_reaction == ply.first_reaction {
             return self.thermal.properties[i].conductivity;
         }
-        let at = table_index(self.thermal.temperatures[i].high);
-        let pressure = self.pressure_index(i, step, 0);
-        let row = self.ply_row(p, at_pressure_levels(at, pressure)[0]);
-        self.mixture(p, at, row, pressure, self.current_phases(p, i), false).conductivity
+        let (temperature_k, pressure_pa) = (self.thermal.temperatures[i].high, self.cell_pressure_pa(i, step, 0));
+        self.mixture(p, temperature_k, pressure_pa, self.current_phases(p, i), false).conductivity
     }
 
-    /// Position of a cell's pressure among the table levels.
+    /// Pressure in a cell at a stage, Pa.
     #[inline(always)]
-    pub(super) fn pressure_index(&self, i: usize, step: usize, stage: usize) -> PressureIndex<R> {
-        let zero = R::from_f64(0.0);
-        if self.plan.pressure_levels == 1 {
+    pub(super) fn cell_pressure_pa(&self, i: usize, step: usize, stage: usize) -> R {
+        if self.plan.gas == Some(GasTransport::Darcy) {
+            return self.darcy.pressures[i].high;
+        }
+        R::splat(self.rows.boundary_forcing[4 * step + stage].pressure_pa)
+    }
+
+    /// Position of a pressure among the levels of a ply, linear in its logarithm; at the end levels beyond them.
+    #[inline(always)]
+    fn pressure_index(&self, p: usize, pressure_pa: R) -> PressureIndex<R> {
+        let ply = &self.plan.plies[p];
+        let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
+        if ply.levels < 2 {
             return PressureIndex { level_below: R::constant_from_f64(0.0), fraction: zero };
         }
-        let mut pressure_pa = R::splat(self.rows.boundary_forcing[4 * step + stage].pressure_pa);
-        if self.plan.gas == Some(GasTransport::Darcy) {
-            pressure_pa = self.darcy.pressures[i].high;
+        let (first, last) = (ply.first_level as usize, (ply.first_level + ply.levels) as usize - 1);
+        let position = logarithm(pressure_pa);
+        let mut below = R::constant_from_f64(0.0);
+        let mut fraction = self.level_fraction(position, first);
+        for number in first + 1..last {
+            let past = position.reaches(R::constant(self.rows.pressure_levels[number].log_pressure));
+            below = below + past;
+            fraction = fraction * (R::constant_from_f64(1.0) - past) + self.level_fraction(position, number) * past;
         }
-        let last = self.plan.pressure_levels - 2;
-        let position = pressure_coordinate(pressure_pa, R::from_f64(self.plan.middle_level_pa))
-            * R::constant_from_f64((last + 1) as f64);
-        let under = position.floor_clamped(last as u32);
-        PressureIndex { level_below: under, fraction: position - under }
+        PressureIndex { level_below: below, fraction: fraction.max(zero).min(one) }
+    }
+
+    /// Position of the logarithm of a pressure between a level and the next.
+    #[inline(always)]
+    fn level_fraction(&self, position: R, number: usize) -> R {
+        let [here, next] = [number, number + 1].map(|level| R::splat(self.rows.pressure_levels[level].log_pressure));
+        (position - here) / (next - here)
+    }
+
+    /// Heat capacity of the composition of a cell at the second stage over that at the first, at one temperature, where
+    /// the residues are multiples of the virgin material.
+    #[inline(always)]
+    pub(super) fn composition_ratio(&self, p: usize, cell: usize) -> R {
+        let ply = self.plan.plies[p];
+        let states = ply.states as usize;
+        if !GAS || states == 1 {
+            return R::from_f64(1.0);
+        }
+        let own = &self.scales.states[ply.first_state as usize..][..states];
+        let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
+        let mut scales = [R::from_f64(0.0); 2];
+        for (stage, scale) in scales.iter_mut().enumerate() {
+            let phases = self.stage_phases(p, cell, stage);
+            *scale = mixture_sums(&phases[..states], &changes, ply.parts as usize).enthalpy_scale;
+        }
+        scales[1] / scales[0]
+    }
+
+    /// Rise of a cell's temperature over an increment of the scheme, K, and the lower bound of its heat capacity over
+    /// the heat capacity at the start of the step. The rise is the increment, unless the steps of the ply advance the
+    /// enthalpy of its cells. A held cell follows its schedule.
+    #[inline(always)]
+    pub(super) fn temperature_rise(
+        plan: &PlanRows,
+        rows: &PlanData<R::Scalar>,
+        [p, cell]: [usize; 2],
+        temperature_k: R,
+        increment: R,
+        reduced: R,
+    ) -> [R; 2] {
+        let (one, location) = (R::from_f64(1.0), &plan.tables[p]);
+        if location.enthalpy_search_span == 0 {
+            return [increment, one];
+        }
+        let enthalpy_columns = (location.columns as usize - ENTHALPY_COLUMNS) / 2;
+        let [rise_k, least] =
+            rise_by_enthalpy(temperature_k, increment, reduced, &rows.tables, location, enthalpy_columns);
+        let mut held = R::from_f64(0.0);
+        for (face, face_cell) in [0, rows.cells.len() - 1].into_iter().enumerate() {
+            if cell == face_cell {
+                held = held + R::splat(rows.faces[face].held);
+            }
+        }
+        [held * increment + (one - held) * rise_k, held + (one - held) * least]
     }
 
     /// Enthalpy of a cell per virgin mass, J/kg.

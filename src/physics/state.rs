@@ -85,8 +85,12 @@ pub(super) struct Thermal<R: Real> {
     /// Of each cell at the stage last evaluated.
     pub(super) properties: Vec<CellProperties<R>>,
     pub(super) system: Vec<EliminatedRow<R>>,
-    /// Increment of each cell at the first stage, K.
+    /// Temperature rise of each cell at the first stage, K.
     pub(super) first_increments: Vec<R>,
+    /// Where steps of some ply advance enthalpies: solution of the first stage, which is not the temperature rise; one
+    /// where the heat capacity of a cell is reduced to its lower bound, else zero.
+    pub(super) first_solution: Vec<R>,
+    pub(super) reduced: Vec<R>,
 }
 
 impl<R: Real> Thermal<R> {
@@ -209,7 +213,7 @@ fn zero_pair<R: Real>() -> DoubleWord<R> {
 
 impl<R: Real> Thermal<R> {
     #[inline(always)]
-    pub(super) fn start(rows: &PlanData<R::Scalar>) -> Self {
+    pub(super) fn start(plan: &PlanRows, rows: &PlanData<R::Scalar>) -> Self {
         let zero = R::from_f64(0.0);
         let cells = rows.cells.len();
         Self {
@@ -239,6 +243,8 @@ impl<R: Real> Thermal<R> {
                 cells
             ],
             first_increments: vec![zero; cells],
+            first_solution: vec![zero; if plan.has_enthalpy_steps { cells } else { 0 }],
+            reduced: vec![zero; if plan.has_enthalpy_steps { cells } else { 0 }],
         }
     }
 }

@@ -15,17 +15,42 @@
 //! integrated by the same scheme, so that the energy balance closes at its order. Methods of higher order and multistep
 //! methods are no cheaper at the required errors, as Richardson extrapolation removes the leading errors in time and
 //! space together (benches/README.md).
+//!
+//! A step could pass over a narrow peak of the heat capacity without the heat that it takes. Where a ply has one, steps
+//! advance its enthalpy h instead, with one C at both stages:
+//!
+//! ```text
+//! h(T*) = h(T) + C Δ₁,    h(T') = h(T) + C (3/2 Δ₁ + 1/2 Δ₂)
+//! ```
+//!
+//! The heat of a step is stored exactly, and the scheme is second order with any C. C is the heat capacity at the start
+//! of the step; but where a cell leaves a peak and would rise further than its increment, which diverges, the first
+//! stage is solved anew with the lower bound of the heat capacity near that temperature, with which cells never rise
+//! further (after the relaxation of Jäger and Kačur, Numer. Math. 60, 1991).
 
 use super::Real;
 use super::compensated::add_compensated;
 use super::member::Member;
 use super::tridiagonal::{back_substitute, flush_tiny};
-use crate::layout::{TABLE_NODES, TABLE_STEP_K};
+use crate::layout::{TABLE_STEP_K, TABLE_STEPS};
 
 /// Allows rounding errors below absolute zero.
 pub(super) const DIVERGENCE_MARGIN_K: f32 = 1.0;
 /// From the margin to the last table node.
-pub(super) const DIVERGENCE_SPAN_K: f32 = DIVERGENCE_MARGIN_K + TABLE_STEP_K as f32 * (TABLE_NODES as f32 - 1.0);
+pub(super) const DIVERGENCE_SPAN_K: f32 = DIVERGENCE_MARGIN_K + TABLE_STEP_K as f32 * TABLE_STEPS as f32;
+
+/// Solutions of the first stage after the first one, each with lower heat capacities, where steps advance enthalpies.
+pub const CAPACITY_REDUCTIONS: usize = 3;
+/// A temperature rise that exceeds its increment by less than this share does so by rounding.
+const EXCESS_MIN: f64 = 1e-4;
+pub(super) const EXCESS_ALLOWED: f64 = (1.0 + EXCESS_MIN) * (1.0 + EXCESS_MIN);
+
+/// One where a temperature rise is larger than the increment of the linear system.
+#[inline(always)]
+fn exceeds_increment<R: Real>(rise_k: R, increment: R) -> R {
+    let allowed = increment * increment * R::from_f64(EXCESS_ALLOWED);
+    R::from_f64(1.0) - allowed.ge_mask(rise_k * rise_k)
+}
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Reads the sensors at the start of a step, then advances by the step; after the last step, only reads. `record`
@@ -46,30 +71,38 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for face in 0..self.plan.exchanging_faces {
                 self.thermal.boundary_rows[face] = self.boundary_row(face, face * last, step, stage);
             }
-            let holder_heat =
-                if stage == 0 { self.assemble_first_stage(step) } else { self.assemble_second_stage(step) };
-            let mut face_heat = [self.face_heat_flux(0, 0, step, stage), self.face_heat_flux(1, last, step, stage)];
-            if GAS {
-                let drawn = self.gas_heat_outflow(step, stage);
-                face_heat = [face_heat[0] + drawn[0], face_heat[1] + drawn[1]];
-            }
-            if stage == 0 {
-                self.update_sensors(step);
-                record(self);
-                if step == self.plan.steps() {
-                    self.sum_stored_heat();
-                    return;
+            for reduction in 0..=CAPACITY_REDUCTIONS {
+                let holder_heat =
+                    if stage == 0 { self.assemble_first_stage(step) } else { self.assemble_second_stage(step) };
+                let mut face_heat = [self.face_heat_flux(0, 0, step, stage), self.face_heat_flux(1, last, step, stage)];
+                if GAS && reduction == 0 {
+                    let drawn = self.gas_heat_outflow(step, stage);
+                    face_heat = [face_heat[0] + drawn[0], face_heat[1] + drawn[1]];
                 }
-                start = face_heat;
-                start_holder_heat = holder_heat;
-                self.solve_first_increments();
-            } else {
-                self.update_temperatures(step);
-                self.account_face_heat(0, step, start[0], face_heat[0], 0, 1);
-                self.account_face_heat(1, step, start[1], face_heat[1], last, last - 1);
-                if self.plan.has_holder {
-                    self.account_holder_heat(step, start_holder_heat, holder_heat);
+                if stage == 0 {
+                    if reduction == 0 {
+                        self.update_sensors(step);
+                        record(self);
+                        if step == self.plan.steps() {
+                            self.sum_stored_heat();
+                            return;
+                        }
+                        start = face_heat;
+                        start_holder_heat = holder_heat;
+                    }
+                    self.solve_first_increments();
+                    if self.plan.has_enthalpy_steps && self.reduce_capacities(reduction) {
+                        continue;
+                    }
+                } else {
+                    self.update_temperatures(step);
+                    self.account_face_heat(0, step, start[0], face_heat[0], 0, 1);
+                    self.account_face_heat(1, step, start[1], face_heat[1], last, last - 1);
+                    if self.plan.has_holder {
+                        self.account_holder_heat(step, start_holder_heat, holder_heat);
+                    }
                 }
+                break;
             }
         }
     }
@@ -85,6 +118,58 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             before = back_substitute(row.rhs_or_increment, row.reciprocal, row.upper_ratio, before);
             first[i] = flush_tiny(before);
         }
+    }
+
+    /// Temperature rises of the first stage by the enthalpies of its increments. Returns one if a cell rises further
+    /// than its increment, although its heat capacity is not reduced.
+    #[inline(always)]
+    fn rise_by_increments(&mut self) -> R {
+        let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
+        self.thermal.first_solution.copy_from_slice(&self.thermal.first_increments);
+        let mut exceeds = zero;
+        for p in 0..self.scales.plies.len() {
+            let ply = &self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                let (start_k, solution) = (self.thermal.temperatures[i].high, self.thermal.first_solution[i]);
+                let reduced = self.thermal.reduced[i];
+                let [rise_k, _] = Self::temperature_rise(self.plan, self.rows, [p, i], start_k, solution, reduced);
+                self.thermal.first_increments[i] = rise_k;
+                exceeds = exceeds.max(exceeds_increment(rise_k, solution) * (one - reduced));
+            }
+        }
+        exceeds
+    }
+
+    /// Reduces the heat capacity of each cell that rises further than its increment to the lower bound; the last time,
+    /// those of all cells of a member with such a cell. Returns whether a heat capacity was reduced, and the system is
+    /// to be solved anew.
+    #[inline(always)]
+    fn reduce_capacities(&mut self, reduction: usize) -> bool {
+        let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
+        if reduction == 0 {
+            self.thermal.reduced.fill(zero);
+        }
+        let exceeds = self.rise_by_increments();
+        if reduction == CAPACITY_REDUCTIONS || !exceeds.any_nonzero() {
+            return false;
+        }
+        for p in 0..self.scales.plies.len() {
+            let ply = &self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                let (start_k, solution) = (self.thermal.temperatures[i].high, self.thermal.first_solution[i]);
+                let reduced = self.thermal.reduced[i];
+                let [_, least] = Self::temperature_rise(self.plan, self.rows, [p, i], start_k, solution, reduced);
+                let mut reduces = exceeds_increment(self.thermal.first_increments[i], solution);
+                if reduction + 1 == CAPACITY_REDUCTIONS {
+                    reduces = exceeds;
+                }
+                reduces = reduces * (one - reduced);
+                let own = &mut self.thermal.properties[i];
+                own.first_capacity = own.first_capacity * (one - reduces + reduces * least);
+                self.thermal.reduced[i] = reduced + reduces;
+            }
+        }
+        true
     }
 
     /// Adds the heat through a face over a step to the balance: mean of both stages, and the implicit part of the
@@ -109,20 +194,28 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn update_temperatures(&mut self, step: usize) {
         let margin_k = R::constant_from_f64(f64::from(DIVERGENCE_MARGIN_K));
+        let (plan, rows) = (self.plan, self.rows);
         let mut before = R::from_f64(0.0);
         for p in (0..self.scales.plies.len()).rev() {
             let ply = &self.plan.plies[p];
             let cells = ply.first_cell as usize..ply.end_cell as usize;
             let temperatures = &mut self.thermal.temperatures[cells.clone()];
-            let first = &self.thermal.first_increments[cells.clone()][..temperatures.len()];
-            let system = &mut self.thermal.system[cells][..temperatures.len()];
+            let solution =
+                if plan.has_enthalpy_steps { &self.thermal.first_solution } else { &self.thermal.first_increments };
+            let first = &solution[cells.clone()][..temperatures.len()];
+            let system = &mut self.thermal.system[cells.clone()][..temperatures.len()];
             let (mut coldest, mut hottest) = self.sums.extremes_k[p];
             for i in (0..temperatures.len()).rev() {
                 let row = system[i];
                 before = back_substitute(row.rhs_or_increment, row.reciprocal, row.upper_ratio, before);
                 let own = flush_tiny(before);
-                let increment = first[i] * R::constant_from_f64(1.5) + own * R::constant_from_f64(0.5);
+                let mut increment = first[i] * R::constant_from_f64(1.5) + own * R::constant_from_f64(0.5);
                 system[i].rhs_or_increment = first[i] + own;
+                if plan.has_enthalpy_steps {
+                    let (start_k, reduced) = (temperatures[i].high, self.thermal.reduced[cells.start + i]);
+                    let at = [p, cells.start + i];
+                    [increment, _] = Self::temperature_rise(plan, rows, at, start_k, increment, reduced);
+                }
                 temperatures[i] = add_compensated(temperatures[i], increment);
                 let high = temperatures[i].high;
                 coldest = coldest.min(high);

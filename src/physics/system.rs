@@ -234,7 +234,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let net = self.net_heat_flux(at, below, from_holder, 1, sweep);
         let CellProperties { slope_or_capacity: capacity, first_capacity, .. } = node.properties;
-        let mut rhs = first_capacity / capacity * net - first_capacity * twice_inverse_step_1_s * node.increment;
+        let mut solution = node.increment;
+        if self.plan.has_enthalpy_steps {
+            solution = self.thermal.first_solution[at.cell];
+        }
+        let mut rhs = first_capacity / capacity * net - first_capacity * twice_inverse_step_1_s * solution;
         if let Some(face) = at.face {
             sweep.face_conduction[face] = if face == 0 { below.conducted } else { -sweep.conducted };
             rhs = self.thermal.boundary_rows[face].apply_boundary_rhs(rhs);

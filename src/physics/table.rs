@@ -1,21 +1,41 @@
-//! Linear interpolation on the uniform temperature grid of a plan's tables, without a search.
+//! Linear interpolation in the tables of a plan.
+//!
+//! Rows are table steps, found without a search; or they start at the nodes of the files too. Then a directory has an
+//! entry for each of many equal buckets of a step: the row at its start, and the two rows at most that start within it.
 
 use super::Real;
-use crate::layout::{COLUMNS_PER_LOAD, TABLE_NODES, TABLE_STEP_K};
+use crate::layout::{COLUMNS_PER_LOAD, TABLE_STEP_K, TableLocation};
 
-/// Position of a temperature in every table: the row below, an integer, and the fraction towards the next row.
+/// Position of a temperature in a table: the row, an integer, and the distance from its start in table steps.
 #[derive(Clone, Copy)]
 pub struct TableIndex<R: Real> {
     pub row: R::Constant,
     pub fraction: R,
 }
 
-/// Position of a temperature. Above the last node the last segment is extrapolated: the fraction exceeds one.
+/// Position of a temperature in the table at a location. Above the last row that row is extrapolated.
 #[inline(always)]
-pub fn table_index<R: Real>(temperature_k: R) -> TableIndex<R> {
+pub fn table_index<R: Real>(temperature_k: R, tables: &[R::Scalar], location: &TableLocation<u32>) -> TableIndex<R> {
     let position = temperature_k * R::constant_from_f64(1.0 / TABLE_STEP_K);
-    let row = position.floor_clamped(TABLE_NODES as u32 - 2);
-    TableIndex { row, fraction: position - row }
+    if location.directory == 0 {
+        let row = position.floor_clamped(location.last_bucket);
+        return TableIndex { row, fraction: position - row };
+    }
+    let scaled = position * R::constant_from_f64(f64::from(location.buckets_per_step));
+    let bucket = scaled.floor_clamped(location.last_bucket);
+    let mut row_offset = [R::FIRST_ROW];
+    let directory = R::table_rows(
+        &mut row_offset,
+        &tables[location.directory as usize..],
+        COLUMNS_PER_LOAD,
+        #[inline(always)]
+        |_| bucket,
+    );
+    let [row, start, first, second] = R::column_group(R::table_row(directory, 0), 0);
+    let (past_first, past_second) = (position.reaches(first), position.reaches(second));
+    let own_start =
+        (R::constant_from_f64(1.0) - past_first) * start + (past_first - past_second) * first + past_second * second;
+    TableIndex { row: row + past_first + past_second, fraction: position - own_start }
 }
 
 /// A table row at a table index, from one of its properties on.
@@ -26,26 +46,25 @@ pub struct TableSegment<'a, R: Real> {
     fraction: R,
 }
 
-/// Segment at a table index of a table with `columns` columns that begins at `offset`.
+/// Segment at a table index of the table at a location.
 #[inline(always)]
-pub fn table_segment<R: Real>(
-    table: &[R::Scalar],
+pub fn table_segment<'a, R: Real>(
+    tables: &'a [R::Scalar],
     at: TableIndex<R>,
-    columns: usize,
-    offset: usize,
-) -> TableSegment<'_, R> {
+    location: &TableLocation<u32>,
+) -> TableSegment<'a, R> {
     let mut row_offset = [R::FIRST_ROW];
     let rows = R::table_rows(
         &mut row_offset,
-        &table[offset..],
-        columns,
+        &tables[location.offset as usize..],
+        location.columns as usize,
         #[inline(always)]
         |_| at.row,
     );
     row_segment(rows, 0, at.fraction)
 }
 
-/// Segment of row `i`, with the fraction towards the next row.
+/// Segment of row `i`, with the distance from its start in table steps.
 #[inline(always)]
 pub fn row_segment<'a, R: Real>(rows: R::TableRows<'_, 'a>, i: usize, share: R) -> TableSegment<'a, R> {
     TableSegment { row: R::table_row(rows, i), first_group: 0, fraction: share }
@@ -73,7 +92,65 @@ pub fn integral<R: Real>(segment: TableSegment<'_, R>, property: usize) -> R {
     segment.fraction * R::constant_from_f64(TABLE_STEP_K) * mean + risen
 }
 
-/// Both columns of a property: its value at the node below, and its rise to the next node.
+/// Rise of the temperature of a cell, K, for the enthalpy of a rise by `predicted_k` at its heat capacity, or, where
+/// `reduced` is one and not zero, at the lower bound of it; and the lower bound over the heat capacity. The enthalpy
+/// columns of a row begin at the property `enthalpy_columns`.
+///
+/// Within the row the rise is a root of the quadratic integral of the heat capacity, without a difference of
+/// temperatures. Beyond, the row is found by bisection of the integrals at the starts of the rows.
+#[inline(always)]
+pub fn rise_by_enthalpy<R: Real>(
+    temperature_k: R,
+    predicted_k: R,
+    reduced: R,
+    tables: &[R::Scalar],
+    location: &TableLocation<u32>,
+    enthalpy_columns: usize,
+) -> [R; 2] {
+    let at = table_index(temperature_k, tables, location);
+    let here = table_segment(tables, at, location);
+    let heat_capacity = interpolate(here, 1);
+    let least = interpolate(column_offset(here, enthalpy_columns), 0);
+    let gained_j_kg = predicted_k * (reduced * least + (R::from_f64(1.0) - reduced) * heat_capacity);
+    let [_, slope] = column_pair(here, 1);
+    let own = rise_within_row(heat_capacity, slope, gained_j_kg);
+    let sought_j_kg = integral(here, 1) + gained_j_kg;
+    let last = R::constant_from_f64(f64::from(location.rows - 1));
+    let mut row = R::constant_from_f64(0.0);
+    let mut span = location.enthalpy_search_span;
+    while span > 0 {
+        let step = R::constant_from_f64(f64::from(span));
+        let next = (row + step).min(last);
+        let [start_j_kg, _] = column_pair(table_segment(tables, row_start::<R>(next), location), 3);
+        row = (row + sought_j_kg.reaches(start_j_kg) * step).min(last);
+        span /= 2;
+    }
+    let found = table_segment(tables, row_start::<R>(row), location);
+    let [start_j_kg, _] = column_pair(found, 3);
+    let [capacity, slope] = column_pair(found, 1);
+    let [position, _] = column_pair(column_offset(found, enthalpy_columns), 1);
+    let from_start_k = rise_within_row(R::from_f64(0.0) + capacity, slope, sought_j_kg - start_j_kg);
+    let beyond_k = (from_start_k + position * R::constant_from_f64(TABLE_STEP_K)) - temperature_k;
+    let stays = R::from_f64(0.0) + row.reaches(at.row) * at.row.reaches(row);
+    [stays * own + (R::from_f64(1.0) - stays) * beyond_k, least / heat_capacity]
+}
+
+/// The start of a row.
+#[inline(always)]
+fn row_start<R: Real>(row: R::Constant) -> TableIndex<R> {
+    TableIndex { row, fraction: R::from_f64(0.0) }
+}
+
+/// Temperature rise of an enthalpy rise, K, from a heat capacity with a slope per table step.
+#[inline(always)]
+fn rise_within_row<R: Real>(heat_capacity: R, slope: R::Constant, gained_j_kg: R) -> R {
+    let zero = R::from_f64(0.0);
+    let slope_j_kg_k2 = slope * R::constant_from_f64(1.0 / TABLE_STEP_K);
+    let discriminant = heat_capacity * heat_capacity + (gained_j_kg + gained_j_kg) * slope_j_kg_k2;
+    (gained_j_kg + gained_j_kg) / (heat_capacity + discriminant.max(zero).sqrt())
+}
+
+/// Both columns of a property: its value at the start of the row, and its rise per table step.
 #[inline(always)]
 fn column_pair<R: Real>(segment: TableSegment<'_, R>, property: usize) -> [R::Constant; 2] {
     let column = 2 * property;

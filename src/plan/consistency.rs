@@ -2,7 +2,9 @@
 //! would be a wrong number and not an error.
 
 use super::Plan;
-use crate::physics::layout::{COLUMNS_PER_LOAD, FACE_COLUMNS, MAX_STATES, NO_INSTANT, TABLE_NODES};
+use crate::physics::layout::{
+    COLUMNS_PER_LOAD, ENTHALPY_COLUMNS, FACE_COLUMNS, GAS_COLUMNS, MAX_STATES, NO_INSTANT, TABLE_STEPS, TableLocation,
+};
 
 /// Rows of a plan that do not fit together.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -69,10 +71,13 @@ impl Plan {
     }
 
     fn check_plies(&self) -> Result<(), InconsistentPlan> {
-        let tables = &self.rows.data.tables;
-        at_most("the faces' table", TABLE_NODES * FACE_COLUMNS, tables.len())?;
-        let (mut cell, mut state, mut reaction) = (0, 0, 0);
-        for ply in &self.rows.plies {
+        count("tables", self.rows.tables.len(), self.rows.plies.len() + 1)?;
+        self.check_table(self.rows.face_table(), 1, FACE_COLUMNS)?;
+        let (mut cell, mut state, mut reaction, mut level) = (0, 0, 0, 0);
+        for (ply, table) in self.rows.plies.iter().zip(&self.rows.tables) {
+            count("the first pressure level of a ply", ply.first_level as usize, level)?;
+            at_most("the least number of pressure levels of a ply", 1, ply.levels as usize)?;
+            level += ply.levels as usize;
             count("the first cell of a ply", ply.first_cell as usize, cell)?;
             at_most("the first cell of a ply", cell + 1, ply.end_cell as usize)?;
             cell = ply.end_cell as usize;
@@ -89,15 +94,46 @@ impl Plan {
                 self.rows.max_states,
             )?;
             (state, reaction) = (state + ply.states as usize, ply.end_reaction as usize);
-            let columns = ply.columns as usize;
-            count("columns of a ply beyond whole groups", columns % COLUMNS_PER_LOAD, 0)?;
-            at_most("columns of the states of a ply", ply.rows as usize * self.rows.properties(), columns)?;
-            let end = ply.table as usize + self.rows.pressure_levels * TABLE_NODES * columns;
-            at_most("the end of a ply's tables", end, self.rows.face_table())?;
+            let gas = if self.rows.gas.is_some() { GAS_COLUMNS } else { 0 };
+            let enthalpy = if table.enthalpy_search_span > 0 { ENTHALPY_COLUMNS } else { 0 };
+            let columns = 2 * ply.rows as usize * self.rows.properties() + gas + enthalpy;
+            self.check_table(table, ply.levels as usize, columns)?;
+        }
+        count("pressure levels", self.rows.data.pressure_levels.len(), level)?;
+        for row in &self.rows.conductivity_columns {
+            at_most("the first pore of a state", row.first_pore as usize, row.end_pore as usize)?;
+            at_most("the last pore of a state", row.end_pore as usize, self.rows.data.pore_classes.len())?;
         }
         count("cells", self.cells(), cell)?;
         count("states", self.rows.data.state_properties.len(), state)?;
         count("reactions", self.rows.data.reactions.len(), reaction)
+    }
+
+    /// The rows, the directory and all that it leads to lie within the tables.
+    fn check_table(&self, table: &TableLocation<u32>, levels: usize, columns: usize) -> Result<(), InconsistentPlan> {
+        let tables = &self.rows.data.tables;
+        count("columns of a table", table.columns as usize, columns)?;
+        count("columns of a table beyond whole groups", columns % COLUMNS_PER_LOAD, 0)?;
+        count("offset of a table beyond whole groups", table.offset as usize % COLUMNS_PER_LOAD, 0)?;
+        at_most("the least number of rows of a table", TABLE_STEPS, table.rows as usize)?;
+        let end = table.offset as usize + levels * table.rows as usize * columns;
+        at_most("the end of a table", end, tables.len())?;
+        if table.directory == 0 {
+            return below("the last row of a table", [table.last_bucket], table.rows as usize);
+        }
+        count("offset of a directory beyond whole groups", table.directory as usize % COLUMNS_PER_LOAD, 0)?;
+        at_most("the start of a directory", end, table.directory as usize)?;
+        let end = table.directory as usize + COLUMNS_PER_LOAD * (table.last_bucket as usize + 1);
+        at_most("the end of a directory", end, tables.len())?;
+        let entries = tables[table.directory as usize..end].as_chunks::<COLUMNS_PER_LOAD>().0;
+        let started = |entry: &[f64; COLUMNS_PER_LOAD]| {
+            entry[2..].iter().filter(|&&start| start <= TABLE_STEPS as f64).count() as f64
+        };
+        below(
+            "a row of a directory",
+            entries.iter().map(|entry| (entry[0] + started(entry)) as u32),
+            table.rows as usize,
+        )
     }
 
     fn check_factor_columns(&self) -> Result<(), InconsistentPlan> {
@@ -167,7 +203,7 @@ mod tests {
     const SPOILED: &[(&str, Spoil)] = &[
         ("tables cut short", |plan| plan.rows.data.tables = plan.rows.data.tables[8..].into()),
         ("no tables", |plan| plan.rows.data.tables = Arc::new([])),
-        ("a table that begins too late", |plan| plan.rows.plies[0].table += plan.rows.data.tables.len() as u32),
+        ("a table that begins too late", |plan| plan.rows.tables[0].offset += plan.rows.data.tables.len() as u32),
         ("a cell too few", |plan| shorten(&mut plan.rows.data.cells)),
         ("a step too few", |plan| shorten(&mut plan.rows.data.step_lengths_s)),
         ("forcing cut short", |plan| shorten(&mut plan.rows.data.boundary_forcing)),

@@ -20,7 +20,7 @@ fn factor_column_of_state(case: &Case, ply: &str, state: &str, property: Propert
         .map_or(0, |factor| factor as u32 + 1)
 }
 
-/// Factor columns of the conductivity of every state of a ply.
+/// Factor columns of the conductivity of every state of a ply, without pores.
 pub(super) fn conductivity_columns(case: &Case, ply: &Ply) -> Vec<ConductivityColumns<u32>> {
     let states = ply.material.state_conductivities();
     states
@@ -32,6 +32,8 @@ pub(super) fn conductivity_columns(case: &Case, ply: &Ply) -> Vec<ConductivityCo
                 gas: of(Property::ConductivityGas),
                 radiative: of(Property::ConductivityRadiative),
                 extinction: if conductivity.extinction_follows_density() { of(Property::Density) } else { 0 },
+                first_pore: 0,
+                end_pore: 0,
             }
         })
         .collect()

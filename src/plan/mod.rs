@@ -1,7 +1,7 @@
 //! A case flattened into plain data for the march. Planning cannot fail, because a case is valid.
 //!
-//! Every property becomes a column of a table on one uniform temperature grid, so that a look-up is a floor and a
-//! linear interpolation; every boundary schedule becomes four rows a step; every scaled quantity refers to a factor
+//! Every property becomes a column of a table over temperature with the nodes of the files, so that a look-up is a floor,
+//! two comparisons and a linear interpolation; every boundary schedule becomes four rows a step; every scaled quantity refers to a factor
 //! column of the ensemble, and unscaled quantities refer to column 0, which is one.
 
 mod consistency;
@@ -22,7 +22,7 @@ mod time_tolerance;
 use crate::case::{
     Case, Conductivity, Emissivity, Face, GasFlowModel, Material, OpenFace, OutOfRange, Property, Table,
 };
-use crate::physics::layout::{self, FaceColumns, GasTransport, PlanData, PlanRows, SensorLocation};
+use crate::physics::layout::{self, FaceColumns, GasTransport, PlanData, PlanRows, PressureLevel, SensorLocation};
 use crate::traces::Gauge;
 pub use consistency::InconsistentPlan;
 pub use depth_readings::ProfileDepth;
@@ -171,8 +171,7 @@ impl Plan {
     /// The plan of the same case at another discretisation. Tables and schedules do not depend on it and are shared:
     /// building the tables takes about as long as marching a member, and an adaptation tries a hundred plans.
     pub fn rediscretised(&self, case: &Case, discretisation: Discretisation) -> Self {
-        let places = self.rows.plies.iter().map(|ply| ply.table as usize).collect();
-        let tables = Tables { values: Arc::clone(&self.rows.data.tables), offsets: places };
+        let tables = Tables { values: Arc::clone(&self.rows.data.tables), locations: self.rows.tables.clone() };
         let plan = Self::with_shared_tables(case, discretisation, &tables, &self.forcing);
         if self.rows.has_gauges { plan } else { plan.without_gauges() }
     }
@@ -201,9 +200,16 @@ impl Plan {
             None => (records_at_steps(&time_grid), time_grid.instants_s.len()),
             Some(_) => ((0..time_grid.times_s.len() as u32).collect(), time_grid.times_s.len()),
         };
-        let conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductivity_columns(case, ply)).collect();
+        let mut conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductivity_columns(case, ply)).collect();
+        let mut pores = vec![];
+        let pores_of_states = case.layup.plies.iter().flat_map(|ply| tables::pores_of(case, ply));
+        for (row, own) in conductions.iter_mut().zip(pores_of_states) {
+            row.first_pore = pores.len() as u32;
+            pores.extend(own);
+            row.end_pore = pores.len() as u32;
+        }
+        let levels_pa = case.layup.plies.iter().flat_map(|ply| tables::pressure_levels_pa(case, ply));
         let parts = tables::conductivity_parts(case);
-        let (levels, middle_pa) = tables::pressure_levels(case);
         let states = case.layup.plies.iter().map(|ply| state_count(&ply.material)).max().unwrap_or(1);
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
@@ -211,6 +217,8 @@ impl Plan {
         let data = PlanData {
             bulk_properties: case.layup.plies.iter().map(|ply| bulk_properties(&ply.material, holder_w_m3_k)).collect(),
             state_properties: case.layup.plies.iter().flat_map(|ply| state_properties(&ply.material)).collect(),
+            pressure_levels: levels_pa.map(|level_pa| PressureLevel { log_pressure: level_pa.ln() }).collect(),
+            pore_classes: pores,
             reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material, duration_s)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
@@ -224,15 +232,15 @@ impl Plan {
         let rows = PlanRows {
             record_at_step: instants,
             records,
-            plies: ply_rows(case, &grid.plies, &tables.offsets, parts),
+            plies: ply_rows(case, &grid.plies),
+            has_enthalpy_steps: tables.locations.iter().any(|location| location.enthalpy_search_span > 0),
+            tables: tables.locations.clone(),
             conductivity_columns: conductions,
             face_columns: face_columns(case),
             has_depth_factors: places.iter().any(|place| place.depth > 0),
             sensors: case.sensors.len(),
             sensor_locations: places,
             conductivity_parts: parts,
-            pressure_levels: levels,
-            middle_level_pa: middle_pa,
             max_states: states,
             max_reactions: case.layup.plies.iter().map(|ply| reaction_paths(&ply.material).len()).max().unwrap_or(0),
             reaction_paths: case.layup.plies.iter().flat_map(|ply| reaction_paths(&ply.material)).collect(),

@@ -1,28 +1,31 @@
 //! Ply rows: properties of the states, reactions and factor columns.
 
 use super::factor_columns::factor_column;
-use super::tables::{column_count, conductivity_parts_of, enthalpy_j_kg, state_count, tabulated_states};
+use super::tables::{conductivity_parts_of, integral_to, pores_of, pressure_levels_pa, state_count, tabulated_states};
 use crate::case::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, MixtureRule, Pores, Property, PyrolysisHeat, ReactionScheme, Table};
 use crate::physics::layout::{BulkProperties, Ply, Reaction, ReactionPath, StateProperties};
 
-/// The ply rows, given the cell range and the table offset of each ply.
-pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)], tables: &[usize], parts: usize) -> Vec<Ply<u32>> {
-    let (mut state, mut reaction) = (0, 0);
+/// The ply rows, given the cell range of each ply.
+pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)]) -> Vec<Ply<u32>> {
+    let (mut state, mut reaction, mut level) = (0, 0, 0);
     let mut above: Option<&str> = None;
-    let cut = case.layup.plies.iter().zip(cells).zip(tables);
-    cut.map(|((ply, &(first, end)), &table)| {
+    let cut = case.layup.plies.iter().zip(cells);
+    cut.map(|(ply, &(first, end))| {
         let of = |property| factor_column(case, &ply.name, property);
+        let levels = pressure_levels_pa(case, ply).len();
+        let has_pores = pores_of(case, ply).iter().any(|pores| !pores.is_empty());
         let (states, reactions) = (state_count(&ply.material), reaction_paths(&ply.material).len());
         let row = Ply {
             first_cell: first as u32,
             end_cell: end as u32,
-            table: table as u32,
-            columns: column_count(case, &ply.material, parts) as u32,
             states: states as u32,
             rows: tabulated_states(&ply.material) as u32,
             parts: conductivity_parts_of(case, ply) as u32,
             same_material_above: u32::from(above == Some(&ply.material.id)),
+            first_level: level as u32,
+            levels: levels as u32,
+            senses_pressure: u32::from(levels > 1 || has_pores),
             first_state: state as u32,
             first_reaction: reaction as u32,
             end_reaction: (reaction + reactions) as u32,
@@ -37,7 +40,7 @@ pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)], tables: &[usize], 
             holder: factor_column(case, "", Property::HolderLoss),
             contact: of(Property::ContactConductance),
         };
-        (state, reaction) = (state + states, reaction + reactions);
+        (state, reaction, level) = (state + states, reaction + reactions, level + levels);
         above = Some(&ply.material.id);
         row
     })
@@ -80,9 +83,9 @@ pub(super) fn state_properties(material: &Material) -> Vec<StateProperties<f64>>
         conductivity: multiples[state][0],
         heat_capacity: multiples[state][1],
     };
-    // The enthalpy in the tables is zero at the first node.
+    // The enthalpy in the tables is zero at their start.
     let over = |heat_capacity: &Table, stated_j_kg: f64, reference_k: f64| {
-        stated_j_kg - enthalpy_j_kg(heat_capacity, reference_k)
+        stated_j_kg - integral_to(heat_capacity, reference_k)
     };
     let mut rows = vec![row(0, 1.0, &material.pores)];
     if let Some(decomposition) = &material.decomposition {

@@ -1,52 +1,221 @@
-//! Material properties as columns on one uniform temperature grid.
+//! Material properties as columns of tables over temperature.
+//!
+//! A table has the nodes of the files and every step of a uniform grid. Between nodes all properties are linear, so that
+//! stated tables are exact, jumps included; a directory finds the row of a temperature. The parts of a conductivity that
+//! are smooth formulas are linear between the nodes of the uniform grid, with values that keep their integral.
+
+mod directory;
 
 use super::factor_columns::conductivity_columns;
-use crate::case::air::{air_enthalpy_j_kg, cold_wall_enthalpy_j_kg};
-use crate::case::{Case, Conductivity, Emissivity, Face, GAS_CONSTANT_J_MOL_K, GasFlowModel, Material, Ply, Table};
+use crate::case::air::{
+    AIR_ENTHALPY_CORNERS_K, air_conductivity_w_m_k, air_enthalpy_j_kg, air_slip_pa_k, cold_wall_enthalpy_j_kg,
+};
+use crate::case::{
+    Case, Conductivity, Emissivity, Face, GAS_CONSTANT_J_MOL_K, GasFlowModel, Material, OutOfRange, Ply, Table,
+};
+use crate::limits::TABLE_TEMPERATURE_DISTANCE_K;
 use crate::physics::layout::{
-    FACE_COLUMNS, GAS_COLUMNS, MAX_PRESSURE_LEVELS, MAX_STATES, TABLE_NODES, TABLE_START_K, TABLE_STEP_K,
+    FACE_COLUMNS, GAS_COLUMNS, MAX_STATES, PoreClass, TABLE_START_K, TABLE_STEP_K, TABLE_STEPS, TableLocation,
     properties_per_state,
 };
+use directory::Directory;
 use std::sync::Arc;
 
-/// All tables of a case, the table of the faces last, and the offset of each ply's table.
+/// A node this close to a table step is at it, K: the rounding of a temperature in another unit.
+const ROUNDING_K: f64 = 1e-9;
+/// Steps of a ply advance enthalpies if its heat capacity changes within this temperature range by more than this
+/// ratio. A step could otherwise pass over a peak of the heat capacity without the heat that it takes.
+const STEEP_RANGE_K: f64 = 20.0;
+const STEEP_RATIO: f64 = 1.1;
+/// Distance over which the lower bound of a heat capacity holds, K.
+const LOWER_BOUND_RANGE_K: f64 = 100.0;
+/// Largest correction of a formula's value at a node that keeps its integral, as a share of the value: near absolute
+/// zero a power law is not smooth on the scale of the grid.
+const MAX_CORRECTION: f64 = 0.01;
+
+/// All tables of a case, that of the faces last, with the location of each ply's.
+#[derive(Clone, Debug)]
 pub(super) struct Tables {
     pub(super) values: Arc<[f64]>,
-    pub(super) offsets: Vec<usize>,
+    pub(super) locations: Vec<TableLocation<u32>>,
 }
 
 impl Tables {
     pub(super) fn new(case: &Case) -> Self {
-        let (words, places) = build_tables(case);
-        Self { values: words.into(), offsets: places }
+        let parts = conductivity_parts(case);
+        let plies = &case.layup.plies;
+        let mut words = vec![];
+        let mut locations: Vec<TableLocation<u32>> = Vec::with_capacity(plies.len() + 1);
+        for ply in plies {
+            let own = conductivity_parts_of(case, ply);
+            let is_alike = |before: &Ply| before.material == ply.material && conductivity_parts_of(case, before) == own;
+            let alike = plies[..locations.len()].iter().position(is_alike);
+            locations.push(match alike {
+                Some(before) => locations[before],
+                None => {
+                    let levels_pa = pressure_levels_pa(case, ply);
+                    let level = |&pa| ply_columns(case, &ply.material, pa, [own, parts]);
+                    append_table(&mut words, &levels_pa.iter().map(level).collect::<Vec<_>>())
+                }
+            });
+        }
+        locations.push(append_table(&mut words, &[face_columns(case)]));
+        Self { values: words.into(), locations }
     }
 }
 
-fn build_tables(case: &Case) -> (Vec<f64>, Vec<usize>) {
-    let (parts, (levels, middle_pa)) = (conductivity_parts(case), pressure_levels(case));
-    let pressures_pa: Vec<f64> = match levels {
-        1 => vec![case.exposure.pressure_pa.after(0.0)],
-        _ => (0..levels).map(|level| level_pressure_pa(level, levels, middle_pa)).collect(),
-    };
-    let plies = &case.layup.plies;
-    let (mut words, mut places) = (vec![], Vec::with_capacity(plies.len()));
-    for ply in plies {
-        let own = conductivity_parts_of(case, ply);
-        let is_alike = |before: &Ply| before.material == ply.material && conductivity_parts_of(case, before) == own;
-        let alike = plies[..places.len()].iter().position(is_alike);
-        places.push(alike.map_or(words.len(), |before| places[before]));
-        if alike.is_none() {
-            for &pressure_pa in &pressures_pa {
-                let rows = conductivity_and_heat_capacity(&ply.material).take(tabulated_states(&ply.material));
-                let solid = rows.flat_map(|(conductivity, heat_capacity)| {
-                    solid_properties(conductivity, heat_capacity, pressure_pa, [own, parts])
-                });
-                words.extend(with_increments(&solid.chain(gas_properties(case)).collect::<Vec<_>>()));
-            }
+/// Whether steps of a ply of this material advance the enthalpy of its cells: see [`STEEP_RANGE_K`]. Where several
+/// states have heat capacities of their own, steps advance temperatures.
+pub(super) fn advances_enthalpy(material: &Material) -> bool {
+    tabulated_states(material) == 1 && is_steep(&material.heat_capacity)
+}
+
+fn is_steep(heat_capacity: &Table) -> bool {
+    let corners_k = heat_capacity.corners_k();
+    corners_k.iter().flat_map(|&at_k| [at_k, at_k - STEEP_RANGE_K]).any(|from_k| {
+        let (least, most) = range_between(heat_capacity, &corners_k, from_k, from_k + STEEP_RANGE_K);
+        most > STEEP_RATIO * least
+    })
+}
+
+/// The smallest and the largest value of a table between two temperatures above zero.
+fn range_between(table: &Table, corners_k: &[f64], from_k: f64, to_k: f64) -> (f64, f64) {
+    let (from_k, to_k) = (from_k.max(TABLE_START_K), to_k.max(TABLE_START_K));
+    let inside = corners_k.iter().filter(|&&at_k| from_k <= at_k && at_k <= to_k);
+    let inside = inside.flat_map(|&at_k| [table.just_below(at_k), table.at(at_k)]);
+    let values = inside.chain([table.at(from_k), table.just_below(to_k)]);
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
+}
+
+/// A column of a table.
+enum Column {
+    Property(Table),
+    /// Slope of the property this many columns before, per kelvin. Slopes are linear between nodes like any property:
+    /// with piecewise constant slopes a temperature would jump slightly when a factor moves a cell across a node,
+    /// enough to spoil a derivative by finite differences.
+    Slope(usize),
+    /// Integral of the property two columns before.
+    Integral,
+    /// Lower bound of a heat capacity.
+    LowerBound(Table),
+    /// Start of the row, in table steps.
+    Position,
+}
+
+/// A temperature at which a row starts, with those at which the limits from below and from above are taken, K.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Node {
+    at_k: f64,
+    below_k: f64,
+    above_k: f64,
+}
+
+/// The nodes of some properties: every corner of one, and every table step. Corners of different properties that are
+/// closer than those of one property may be are one node.
+fn nodes<'a>(properties: impl Iterator<Item = &'a Table>) -> Vec<Node> {
+    let end_k = TABLE_START_K + TABLE_STEP_K * TABLE_STEPS as f64;
+    let mut corners_k: Vec<f64> = properties.flat_map(Table::corners_k).collect();
+    let inside_k = TABLE_START_K + TABLE_TEMPERATURE_DISTANCE_K..end_k - TABLE_TEMPERATURE_DISTANCE_K;
+    corners_k.retain(|corner_k| inside_k.contains(corner_k));
+    corners_k.sort_by(f64::total_cmp);
+    let mut nodes: Vec<Node> = vec![];
+    for corner_k in corners_k {
+        match nodes.last_mut().filter(|node| corner_k - node.below_k < TABLE_TEMPERATURE_DISTANCE_K) {
+            Some(node) => node.above_k = corner_k,
+            None => nodes.push(Node { at_k: corner_k, below_k: corner_k, above_k: corner_k }),
         }
     }
-    words.extend(face_table(case));
-    (words, places)
+    let mut near_steps = vec![false; TABLE_STEPS + 1];
+    for node in &mut nodes {
+        node.at_k = 0.5 * (node.below_k + node.above_k);
+        let step = ((node.at_k - TABLE_START_K) / TABLE_STEP_K).round();
+        let distance_k = (TABLE_START_K + TABLE_STEP_K * step - node.at_k).abs();
+        near_steps[step as usize] |= distance_k < TABLE_TEMPERATURE_DISTANCE_K;
+        if distance_k < ROUNDING_K {
+            node.at_k = TABLE_START_K + TABLE_STEP_K * step;
+        }
+    }
+    let steps = (0..=TABLE_STEPS).filter(|&step| !near_steps[step]);
+    nodes.extend(steps.map(|step| {
+        let at_k = TABLE_START_K + TABLE_STEP_K * step as f64;
+        Node { at_k, below_k: at_k, above_k: at_k.max(f64::MIN_POSITIVE) }
+    }));
+    nodes.sort_by(|a, b| a.at_k.total_cmp(&b.at_k));
+    nodes
+}
+
+/// Append a table of some columns at each level, and its directory where it needs one.
+fn append_table(words: &mut Vec<f64>, levels: &[Vec<Column>]) -> TableLocation<u32> {
+    let properties = levels.iter().flatten().filter_map(|column| match column {
+        Column::Property(table) => Some(table),
+        _ => None,
+    });
+    let nodes = nodes(properties);
+    let (rows, offset) = (nodes.len() - 1, words.len() as u32);
+    for level in levels {
+        let columns = columns_at(level, &nodes);
+        words.extend((0..rows).flat_map(|row| columns.iter().flat_map(move |column| column[row])));
+    }
+    let positions: Vec<f64> = nodes.iter().map(|node| (node.at_k - TABLE_START_K) / TABLE_STEP_K).collect();
+    let directory = Directory::new(&positions);
+    let end = words.len() as u32;
+    let advances_enthalpy = levels[0].iter().any(|column| matches!(column, Column::LowerBound(_)));
+    let location = TableLocation {
+        offset,
+        columns: 2 * levels[0].len() as u32,
+        rows: rows as u32,
+        directory: directory.as_ref().map_or(0, |_| end),
+        buckets_per_step: directory.as_ref().map_or(1, |directory| directory.buckets_per_step),
+        last_bucket: directory.as_ref().map_or(rows, |directory| directory.entries.len()) as u32 - 1,
+        enthalpy_search_span: if advances_enthalpy { (rows as u32).next_power_of_two() / 2 } else { 0 },
+    };
+    words.extend(directory.into_iter().flat_map(|directory| directory.entries).flatten());
+    location
+}
+
+/// Value at the start of each row and rise per table step, of each column.
+fn columns_at(columns: &[Column], nodes: &[Node]) -> Vec<Vec<[f64; 2]>> {
+    let steps = |row: usize| (nodes[row + 1].at_k - nodes[row].at_k) / TABLE_STEP_K;
+    let between = |start: &dyn Fn(usize) -> f64, end: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
+        (0..nodes.len() - 1).map(|row| [start(row), (end(row) - start(row)) / steps(row)]).collect()
+    };
+    let through = |values: &[f64]| between(&|row| values[row], &|row| values[row + 1]);
+    let mut found: Vec<Vec<[f64; 2]>> = vec![];
+    for column in columns {
+        let lines = match column {
+            Column::Property(table) => {
+                between(&|row| table.at(nodes[row].above_k), &|row| table.just_below(nodes[row + 1].below_k))
+            }
+            Column::Slope(distance) => {
+                let of = &found[found.len() - distance];
+                let slope = |node: usize| {
+                    let (first, last) = (node.saturating_sub(1), node.min(of.len() - 1));
+                    let end = of[last][0] + of[last][1] * steps(last);
+                    (end - of[first][0]) / (nodes[last + 1].at_k - nodes[first].at_k)
+                };
+                through(&(0..nodes.len()).map(slope).collect::<Vec<_>>())
+            }
+            Column::Integral => {
+                let of = &found[found.len() - 2];
+                let mut sums = vec![0.0];
+                for (row, [start, rise]) in of.iter().enumerate() {
+                    sums.push(sums[row] + steps(row) * TABLE_STEP_K * (start + 0.5 * rise * steps(row)));
+                }
+                through(&sums)
+            }
+            Column::LowerBound(table) => {
+                let corners_k = table.corners_k();
+                let least = |node: &Node| {
+                    let [from_k, to_k] = [-LOWER_BOUND_RANGE_K, LOWER_BOUND_RANGE_K].map(|by_k| node.at_k + by_k);
+                    range_between(table, &corners_k, from_k, to_k).0
+                };
+                through(&nodes.iter().map(least).collect::<Vec<_>>())
+            }
+            Column::Position => nodes[1..].iter().zip(nodes).map(|(_, node)| [node.at_k / TABLE_STEP_K, 0.0]).collect(),
+        };
+        found.push(lines);
+    }
+    found
 }
 
 /// Conductivity and heat capacity of each state of a material.
@@ -66,8 +235,11 @@ pub(super) fn tabulated_states(material: &Material) -> usize {
     if material.state_ratios().is_some() { 1 } else { state_count(material) }
 }
 
-/// Conductivity columns of a ply: see [`Plan::conductivity_parts`](super::Plan::conductivity_parts).
+/// Conductivity columns of a ply: see [`PlanRows::conductivity_parts`](crate::physics::layout::PlanRows).
 pub(super) fn conductivity_parts_of(case: &Case, ply: &Ply) -> usize {
+    if !pores_of(case, ply).iter().all(|pores| pores.is_empty()) {
+        return 3;
+    }
     let told_apart = conductivity_columns(case, ply).into_iter().map(|row| {
         match (row.solid, row.gas, row.radiative, row.extinction) {
             (0, 0, 0, 0) => 1,
@@ -83,161 +255,190 @@ pub(super) fn conductivity_parts(case: &Case) -> usize {
     case.layup.plies.iter().map(|ply| conductivity_parts_of(case, ply)).max().unwrap_or(1)
 }
 
-/// Columns of a table row of a ply.
-pub(super) fn column_count(case: &Case, material: &Material, parts: usize) -> usize {
-    2 * properties_per_state(parts) * tabulated_states(material) + if case.gas.is_some() { GAS_COLUMNS } else { 0 }
-}
-
-/// Number of pressure levels that a case needs, and the pressure at the middle level, Pa.
-///
-/// Levels are equidistant in `P/(P + P_middle)`, which maps all pressures to [0, 1] and in which the gas part of a
-/// conductivity, `P/(P + B(T))`, is nearly linear.
-pub(super) fn pressure_levels(case: &Case) -> (usize, f64) {
+/// Whether the pressure in the layup changes, in time or through the thickness.
+fn pressure_changes(case: &Case) -> bool {
     let exposure = &case.exposure;
     let pressures_pa =
         exposure.pressure_pa.values.iter().chain(exposure.back_pressure_pa.iter().flat_map(|p| &p.values));
     let (low, high) = pressures_pa.fold((f64::INFINITY, 0.0_f64), |(low, high), &p| (low.min(p), high.max(p)));
-    let middle_pa = (low.max(1.0) * high.max(1.0)).sqrt();
-    let is_steady = high - low <= 1e-9 * high;
     let flows = case.gas.as_ref().is_some_and(|flow| flow.model == GasFlowModel::Darcy);
-    let feels = case.layup.plies.iter().any(|ply| {
-        ply.material.state_conductivities().any(|(_, conductivity)| match conductivity {
-            Conductivity::Tables(tables) => tables.len() > 1,
-            Conductivity::ThreePart(parts) => !parts.pores.is_empty(),
-        })
-    });
-    (if feels && (flows || !is_steady) { MAX_PRESSURE_LEVELS } else { 1 }, middle_pa)
+    flows || high > low
 }
 
-/// The pressure of a level, Pa; the end levels are shifted off zero and infinity.
-fn level_pressure_pa(level: usize, levels: usize, middle_pa: f64) -> f64 {
-    let share = (level as f64 / (levels - 1) as f64).clamp(1e-6, 1.0 - 1e-6);
-    middle_pa * share / (1.0 - share)
-}
-
-/// Node temperatures, K; absolute zero is shifted, where the gas conductivity is 0/0.
-fn node_temperatures_k() -> impl Iterator<Item = f64> {
-    (0..TABLE_NODES).map(|node| (TABLE_START_K + TABLE_STEP_K * node as f64).max(1e-6))
-}
-
-/// Slope of a column at its nodes, per kelvin. Slopes are interpolated like any property: with piecewise constant
-/// slopes a temperature would jump slightly when a factor moves a cell across a node, enough to spoil a derivative by
-/// finite differences.
-fn slopes(column: &[f64]) -> Vec<f64> {
-    let last = column.len() - 1;
-    (0..column.len())
-        .map(|node| {
-            let (under, over) = (node.saturating_sub(1), (node + 1).min(last));
-            (column[over] - column[under]) / (TABLE_STEP_K * (over - under) as f64)
-        })
-        .collect()
-}
-
-/// Properties of a state at the nodes, with `own` conductivity parts of its ply and columns for `parts`. Enthalpy is
-/// the exact integral of the resampled heat capacity.
-fn solid_properties(
-    conductivity: &Conductivity,
-    heat_capacity: &Table,
-    pressure_pa: f64,
-    [own, parts]: [usize; 2],
-) -> Vec<Vec<f64>> {
-    let heat_capacities: Vec<f64> =
-        node_temperatures_k().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
-    let mut conductivities = [(); 3].map(|()| Vec::with_capacity(TABLE_NODES));
-    for temperature_k in node_temperatures_k() {
-        let [solid, gas, radiative] = conductivity.parts(temperature_k, pressure_pa);
-        let told_apart = match own {
-            1 => [solid + gas + radiative, 0.0, 0.0],
-            2 => [solid + gas, radiative, 0.0],
-            _ => [solid, radiative, gas],
-        };
-        conductivities.iter_mut().zip(told_apart).for_each(|(column, part)| column.push(part));
+/// The pressures at which a ply's conductivity is tabulated, Pa: those of its tables, between which it is linear in the
+/// logarithm of the pressure; one where no table follows a changing pressure.
+pub(super) fn pressure_levels_pa(case: &Case, ply: &Ply) -> Vec<f64> {
+    let mut levels_pa = vec![];
+    if pressure_changes(case) {
+        for (_, conductivity) in ply.material.state_conductivities() {
+            if let Conductivity::Tables(tables) = conductivity
+                && tables.len() > 1
+            {
+                levels_pa.extend(tables.iter().map(|(pressure_pa, _)| *pressure_pa));
+            }
+        }
     }
-    let enthalpies = enthalpies(&heat_capacities);
-    let [(solid, solid_slope), (radiative, radiative_slope), (gas, gas_slope)] = conductivities.map(|column| {
-        let slope = slopes(&column);
-        (column, slope)
-    });
-    let mut columns = vec![solid, heat_capacities, solid_slope, enthalpies];
-    if parts > 1 {
-        columns.extend([radiative, radiative_slope, gas, gas_slope]);
+    if levels_pa.is_empty() {
+        return vec![case.exposure.pressure_pa.after(0.0)];
+    }
+    levels_pa.sort_by(f64::total_cmp);
+    levels_pa.dedup();
+    levels_pa
+}
+
+/// The pores of each state of a ply whose gas conductivity follows a changing pressure.
+pub(super) fn pores_of(case: &Case, ply: &Ply) -> Vec<Vec<PoreClass<f64>>> {
+    let changes = pressure_changes(case);
+    let pores = |conductivity: &Conductivity| match conductivity {
+        Conductivity::ThreePart(parts) if changes => {
+            let pore = |&(share, length_m): &(f64, f64)| PoreClass { share, slip_pa_k: air_slip_pa_k(length_m) };
+            parts.pores.iter().map(pore).collect()
+        }
+        _ => vec![],
+    };
+    ply.material.state_conductivities().map(|(_, conductivity)| pores(conductivity)).collect()
+}
+
+/// Columns of a ply's table at a pressure level: of its states, with `own` conductivity parts of its ply and columns for
+/// `parts`; then those of the gas.
+fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]: [usize; 2]) -> Vec<Column> {
+    let follows_pressure = pressure_changes(case);
+    let states = conductivity_and_heat_capacity(material).take(tabulated_states(material));
+    let mut columns = vec![];
+    for (conductivity, heat_capacity) in states {
+        let part = |of: [bool; 3]| conductivity_part(conductivity, pressure_pa, follows_pressure, of);
+        let (first, radiative, gas) = match own {
+            1 => ([true; 3], [false; 3], [false; 3]),
+            2 => ([true, true, false], [false, false, true], [false; 3]),
+            _ => ([true, false, false], [false, false, true], [false, true, false]),
+        };
+        columns.extend([
+            Column::Property(part(first)),
+            Column::Property(heat_capacity.clone()),
+            Column::Slope(2),
+            Column::Integral,
+        ]);
+        if parts > 1 {
+            let apart = [part(radiative), part(gas)];
+            columns.extend(apart.into_iter().flat_map(|part| [Column::Property(part), Column::Slope(1)]));
+        }
+    }
+    debug_assert_eq!(columns.len(), tabulated_states(material) * properties_per_state(parts), "the layout's columns");
+    columns.extend(gas_columns(case));
+    if advances_enthalpy(material) {
+        columns.extend([Column::LowerBound(material.heat_capacity.clone()), Column::Position]);
     }
     columns
 }
 
-/// Enthalpy at every node relative to the first, J/kg: the exact integral of a heat capacity linear between nodes.
-fn enthalpies(heat_capacities: &[f64]) -> Vec<f64> {
-    let rises = heat_capacities.windows(2).map(|pair| 0.5 * TABLE_STEP_K * (pair[0] + pair[1]));
-    std::iter::once(0.0)
-        .chain(rises.scan(0.0, |sum, rise| {
-            *sum += rise;
-            Some(*sum)
-        }))
-        .collect()
+/// The sum of some parts of a conductivity (solid, gas, radiative) at a pressure. Of pores that follow a changing
+/// pressure the gas part is the conductivity of unconfined air.
+fn conductivity_part(conductivity: &Conductivity, pressure_pa: f64, follows_pressure: bool, of: [bool; 3]) -> Table {
+    let sum = |parts: [f64; 3]| parts.iter().zip(of).map(|(part, counts)| if counts { *part } else { 0.0 }).sum();
+    match conductivity {
+        Conductivity::Tables(tables) => {
+            let mut corners_k: Vec<f64> = tables.iter().flat_map(|(_, table)| table.corners_k()).collect();
+            corners_k.sort_by(f64::total_cmp);
+            corners_k.dedup();
+            piecewise_linear(
+                &corners_k,
+                |temperature_k| sum(conductivity.parts(temperature_k, pressure_pa)),
+                |temperature_k| sum(conductivity.parts_just_below(temperature_k, pressure_pa)),
+            )
+        }
+        Conductivity::ThreePart(parts) => smooth(|temperature_k| {
+            let [solid, mut gas, radiative] = conductivity.parts(temperature_k, pressure_pa);
+            if follows_pressure && !parts.pores.is_empty() {
+                gas = air_conductivity_w_m_k(temperature_k);
+            }
+            sum([solid, gas, radiative])
+        }),
+    }
 }
 
-/// Enthalpy at a temperature relative to the first node, as the march interpolates it, J/kg.
-pub(super) fn enthalpy_j_kg(heat_capacity: &Table, temperature_k: f64) -> f64 {
-    let heat_capacities: Vec<f64> =
-        node_temperatures_k().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
-    let position = (temperature_k - TABLE_START_K) / TABLE_STEP_K;
-    let row = (position.max(0.0) as usize).min(TABLE_NODES - 2);
-    let (share, under, over) = (position - row as f64, heat_capacities[row], heat_capacities[row + 1]);
-    enthalpies(&heat_capacities)[row] + TABLE_STEP_K * share * (under + 0.5 * share * (over - under))
+/// A function that is linear between corners, from its limits at temperatures from above and from below.
+fn piecewise_linear(corners_k: &[f64], at: impl Fn(f64) -> f64, just_below: impl Fn(f64) -> f64) -> Table {
+    let ends_k = [TABLE_START_K + f64::MIN_POSITIVE, TABLE_START_K + TABLE_STEP_K * TABLE_STEPS as f64];
+    let (mut temperatures_k, mut values) = (vec![], vec![]);
+    let inside = corners_k.iter().copied().filter(|at_k| ends_k[0] < *at_k && *at_k < ends_k[1]);
+    for at_k in std::iter::once(ends_k[0]).chain(inside).chain([ends_k[1]]) {
+        let (below, above) = (just_below(at_k), at(at_k));
+        if below != above {
+            temperatures_k.push(at_k);
+            values.push(below);
+        }
+        temperatures_k.push(at_k);
+        values.push(above);
+    }
+    Table { temperatures_k, values, outside: OutOfRange::Clamp }
 }
 
-/// Properties at the nodes, each paired with its increment to the next node.
-fn with_increments(properties: &[Vec<f64>]) -> Vec<f64> {
-    let of = |node: usize, property: &Vec<f64>| {
-        let next = property.get(node + 1).unwrap_or(&property[node]);
-        [property[node], next - property[node]]
-    };
-    (0..TABLE_NODES).flat_map(|node| properties.iter().flat_map(move |property| of(node, property))).collect()
+/// A smooth function, linear between table steps. The values at the nodes are lowered by a twelfth of the second
+/// difference, so that the integral over each step is that of the function up to the fourth order of the step: chords
+/// of a convex conductivity would be up to 2e-4 too high.
+fn smooth(function: impl Fn(f64) -> f64) -> Table {
+    let temperatures_k: Vec<f64> =
+        (0..=TABLE_STEPS).map(|step| (TABLE_START_K + TABLE_STEP_K * step as f64).max(1e-6)).collect();
+    let exact: Vec<f64> = temperatures_k.iter().map(|&temperature_k| function(temperature_k)).collect();
+    let mut values = exact.clone();
+    for (value, around) in values[1..].iter_mut().zip(exact.windows(3)) {
+        let correction = (around[0] - 2.0 * around[1] + around[2]) / 12.0;
+        if correction.abs() < MAX_CORRECTION * value.abs() {
+            *value -= correction;
+        }
+    }
+    Table { temperatures_k, values, outside: OutOfRange::Clamp }
 }
 
-/// Enthalpy of air at the wall, then the emissivities of the hot face and of the back face in every state.
-fn face_table(case: &Case) -> Vec<f64> {
+/// Integral of a table from the start of the tables to a temperature.
+pub(super) fn integral_to(table: &Table, temperature_k: f64) -> f64 {
+    let inside = table.corners_k().into_iter().filter(|at_k| TABLE_START_K < *at_k && *at_k < temperature_k);
+    let ends_k: Vec<f64> = std::iter::once(TABLE_START_K).chain(inside).chain([temperature_k]).collect();
+    let trapezoid = |pair: &[f64]| 0.5 * (pair[1] - pair[0]) * (table.at(pair[0]) + table.just_below(pair[1]));
+    ends_k.windows(2).map(trapezoid).sum()
+}
+
+/// Enthalpy of air at the wall, its slope, then the emissivities of the hot face and of the back face in every state.
+fn face_columns(case: &Case) -> Vec<Column> {
     let (exposure, plies) = (&case.exposure, &case.layup.plies);
-    let cold_wall = cold_wall_enthalpy_j_kg();
-    let enthalpies: Vec<f64> =
-        node_temperatures_k().map(|temperature_k| air_enthalpy_j_kg(temperature_k) - cold_wall).collect();
-    let rises = slopes(&enthalpies);
-    let mut columns = vec![enthalpies, rises];
+    let over_cold_wall = |temperature_k| air_enthalpy_j_kg(temperature_k) - cold_wall_enthalpy_j_kg();
+    let enthalpy = piecewise_linear(&AIR_ENTHALPY_CORNERS_K, over_cold_wall, over_cold_wall);
+    let mut columns = vec![Column::Property(enthalpy), Column::Slope(1)];
     for (face, ply) in [(&exposure.hot_face, plies.first()), (&exposure.back_face, plies.last())] {
-        columns.extend((0..MAX_STATES).map(|state| emissivities(face, ply, state)));
+        columns.extend((0..MAX_STATES).map(|state| Column::Property(emissivity(face, ply, state))));
     }
     debug_assert_eq!(2 * columns.len(), FACE_COLUMNS, "columns as the layout declares");
-    with_increments(&columns)
+    columns
 }
 
-/// Emissivity of a face at every node with its ply in a state; for a state beyond the last, that of the char.
-fn emissivities(face: &Face, ply: Option<&Ply>, state: usize) -> Vec<f64> {
+/// Emissivity of a face with its ply in a state; for a state beyond the last, that of the char.
+fn emissivity(face: &Face, ply: Option<&Ply>, state: usize) -> Table {
     let own = |ply: &Ply| {
         let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
         let tables: Vec<&Table> =
             std::iter::once(&ply.material.emissivity).chain(residues.map(|residue| &residue.emissivity)).collect();
-        let table = tables[state.min(tables.len() - 1)];
-        node_temperatures_k().map(|temperature_k| table.at(temperature_k)).collect()
+        tables[state.min(tables.len() - 1)].clone()
     };
     match (face, ply) {
         (Face::Open(open), Some(ply)) => match open.emissivity {
             Emissivity::Material => own(ply),
-            Emissivity::Constant(value) => vec![value; TABLE_NODES],
+            Emissivity::Constant(value) => Table::constant(value),
         },
-        _ => vec![0.0; TABLE_NODES],
+        _ => Table::constant(0.0),
     }
 }
 
 /// Enthalpy of the gas, its slope, its molar mass over the gas constant, its viscosity; empty without gas.
-fn gas_properties(case: &Case) -> Vec<Vec<f64>> {
+fn gas_columns(case: &Case) -> Vec<Column> {
     let Some(flow) = &case.gas else { return vec![] };
-    let read = |table: &Table, scale: f64| {
-        node_temperatures_k().map(|temperature_k| scale * table.at(temperature_k)).collect()
-    };
-    let enthalpies: Vec<f64> = read(&flow.gas.enthalpy, 1.0);
-    let rises = slopes(&enthalpies);
-    let columns =
-        vec![enthalpies, rises, read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K), read(&flow.gas.viscosity, 1.0)];
+    let mut molar_mass = flow.gas.molar_mass.clone();
+    molar_mass.values.iter_mut().for_each(|value| *value /= GAS_CONSTANT_J_MOL_K);
+    let columns = vec![
+        Column::Property(flow.gas.enthalpy.clone()),
+        Column::Slope(1),
+        Column::Property(molar_mass),
+        Column::Property(flow.gas.viscosity.clone()),
+    ];
     debug_assert_eq!(2 * columns.len(), GAS_COLUMNS, "columns as the layout declares");
     columns
 }

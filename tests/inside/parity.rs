@@ -12,7 +12,7 @@ use bondline::march::cpu::{Cpu, ScalarReference};
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
 use bondline::march::{Backend, March, MarchError, PendingBatch, Precision, march_all};
-use bondline::physics::layout::{TABLE_NODES, TABLE_STEP_K};
+use bondline::physics::table::table_index;
 use bondline::plan::Plan;
 use bondline::traces::{MemberStatus, Traces};
 use std::fs;
@@ -95,11 +95,13 @@ pub(crate) fn with_scaled_conductivities(plan: &Plan, share: f64) -> Plan {
     let mut plan = plan.clone();
     let columns = 2 * plan.rows.properties();
     // Plies of one material share their tables, which follow each other.
-    let mut plies: Vec<_> =
-        plan.rows.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.rows)).collect();
+    let tables = plan.rows.plies.iter().zip(&plan.rows.tables);
+    let mut plies: Vec<_> = tables
+        .map(|(ply, table)| (table.offset as usize, table.columns as usize, ply.rows, ply.levels * table.rows))
+        .collect();
     plies.dedup();
-    for (table, width, rows) in plies {
-        let end = table + plan.rows.pressure_levels * TABLE_NODES * width;
+    for (table, width, rows, length) in plies {
+        let end = table + length as usize * width;
         for row in Arc::make_mut(&mut plan.rows.data.tables)[table..end].chunks_exact_mut(width) {
             for state in row[..columns * rows as usize].chunks_exact_mut(columns) {
                 // Solid, radiative and gas conductivity, each with its rise.
@@ -113,13 +115,13 @@ pub(crate) fn with_scaled_conductivities(plan: &Plan, share: f64) -> Plan {
 }
 
 /// A plan with one table value changed by one ulp of f32 (one at each pressure level): the conductivity of the first
-/// ply at the node below a temperature.
+/// ply at the start of the row of a temperature.
 fn with_one_ulp_changed(plan: &Plan, temperature_k: f64) -> Plan {
     let mut plan = plan.clone();
-    let node = (temperature_k / TABLE_STEP_K) as usize;
-    for level in 0..plan.rows.pressure_levels {
-        let place =
-            (plan.rows.plies[0].table + (level * TABLE_NODES + node) as u32 * plan.rows.plies[0].columns) as usize;
+    let table = plan.rows.tables[0];
+    let row = table_index(temperature_k, &plan.rows.data.tables, &table).row as u32;
+    for level in 0..plan.rows.plies[0].levels {
+        let place = (table.offset + (level * table.rows + row) * table.columns) as usize;
         let word = &mut Arc::make_mut(&mut plan.rows.data.tables)[place];
         *word = f64::from((*word as f32).next_up());
     }

@@ -125,15 +125,15 @@ fn numbers(written: ValueReader<'_>) -> ReadResult<Vec<(f64, ValueReader<'_>)>> 
     collect_all(written.list()?.into_iter().map(|each| Ok((each.number()?, each))))
 }
 
-/// Temperatures in K, each scaled and shifted, which must increase.
+/// Temperatures in K, each scaled and shifted, which must not decrease.
 fn increasing_temperatures(
     temperatures: Vec<(f64, ValueReader<'_>)>,
     (scale, offset_k): (f64, f64),
 ) -> ReadResult<Vec<f64>> {
-    let mut last_k = 0.0;
-    collect_all(temperatures.into_iter().map(|(temperature, written)| {
-        last_k = written.require(Table::checked_next_temperature_k(last_k, temperature * scale + offset_k))?;
-        Ok(last_k)
+    let temperatures_k: Vec<f64> = temperatures.iter().map(|(temperature, _)| temperature * scale + offset_k).collect();
+    let checks = temperatures.iter().enumerate();
+    collect_all(checks.map(|(point, (_, written))| {
+        written.require(Table::check_temperature(&temperatures_k, point)).map(|()| temperatures_k[point])
     }))
 }
 

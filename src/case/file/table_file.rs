@@ -482,7 +482,7 @@ impl TableFile {
         self.columns[column].unit.is_some()
     }
 
-    /// A column of a property over that of temperatures (K), which must increase, without the rows where it has no
+    /// A column of a property over that of temperatures (K), which must not decrease, without the rows where it has no
     /// value.
     pub(super) fn property_over_temperature(
         &self,
@@ -500,20 +500,17 @@ impl TableFile {
         let (kelvin, si) = (kelvin?, si?);
         let rows = self.numbers.chunks_exact(self.columns.len()).enumerate();
         let rows = rows.filter(|(_, cells)| !cells[property.index].is_nan());
-        let mut last_k = 0.0;
         let (mut temperatures_k, mut values) = (Vec::new(), Vec::new());
         for (row, cells) in rows {
             let fault = |column, message| Err(diagnostics.record(&self.cell_location(row, column), message));
-            let temperature_k = cells[temperature.index] * kelvin.0 + kelvin.1;
-            match Table::checked_next_temperature_k(last_k, temperature_k) {
-                Ok(temperature_k) => last_k = temperature_k,
-                Err(message) => return fault(temperature.index, message),
+            temperatures_k.push(cells[temperature.index] * kelvin.0 + kelvin.1);
+            if let Err(message) = Table::check_temperature(&temperatures_k, temperatures_k.len() - 1) {
+                return fault(temperature.index, message);
             }
             match Table::checked_value(cells[property.index] * si.0 + si.1, dimension) {
                 Ok(value) => values.push(value),
                 Err(message) => return fault(property.index, message),
             }
-            temperatures_k.push(last_k);
         }
         if values.is_empty() {
             let column = &self.columns[property.index];

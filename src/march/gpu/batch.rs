@@ -9,6 +9,7 @@ use super::state::{Block, slots, state_words};
 use crate::ensemble::Ensemble;
 use crate::march::{MarchError, member_status};
 use crate::physics::layout::{Bead, BoundaryForcing, Cell};
+use crate::physics::step::CAPACITY_REDUCTIONS;
 use crate::plan::Plan;
 use crate::traces::Traces;
 use bytemuck::Zeroable;
@@ -248,7 +249,7 @@ fn submit_dispatches(
             partial_sums: shader::partial_sums(plan),
             cells: plan.cells() as u32,
             last_cell: plan.cells() as u32 - 1,
-            unused: 0,
+            reductions: CAPACITY_REDUCTIONS as u32,
         };
         device.write(run, bytemuck::bytes_of(&words));
         device.dispatch(&pipeline.compute, group, groups);

@@ -3,8 +3,8 @@
 use super::scalar::DeviceScalar;
 use super::state::{self, Slots};
 use crate::physics::layout::{
-    BulkProperties, ConductivityColumns, Face, FaceColumns, PlanData, Ply, ROWS, Reaction, ReactionPath, RowLayout,
-    Sensor, SensorLocation, StateProperties,
+    BulkProperties, ConductivityColumns, Face, FaceColumns, PlanData, Ply, PoreClass, PressureLevel, ROWS, Reaction,
+    ReactionPath, RowLayout, Sensor, SensorLocation, StateProperties, TableLocation,
 };
 use crate::plan::Plan;
 use bytemuck::{Pod, Zeroable};
@@ -48,8 +48,8 @@ words! {
         /// At most `CELLS`, the length of the columns.
         cells: u32,
         last_cell: u32,
-        /// Padding to a multiple of 16 bytes.
-        unused: u32,
+        /// Solutions of the first stage with lower heat capacities.
+        reductions: u32,
     }
 }
 
@@ -95,6 +95,9 @@ macro_rules! uniform_rows {
 uniform_rows! {
     plan, rows:
     plies: Ply["PLIES"] of plan.rows.plies,
+    tables: TableLocation["TABLES"] of plan.rows.tables,
+    pressure_levels: PressureLevel["PRESSURE_LEVELS"] of rows.pressure_levels,
+    pore_classes: PoreClass["PORE_CLASSES"] of rows.pore_classes,
     bulks: BulkProperties["PLIES"] of rows.bulk_properties,
     faces: Face["2"] of rows.faces,
     scalings: FaceColumns["2"] of plan.rows.face_columns,

@@ -9,9 +9,10 @@ use super::spirv::MAX_INITIALISED_LENGTH;
 use crate::march::Precision;
 use crate::physics::constants;
 use crate::physics::layout::{
-    AIR_PROPERTIES, COLUMNS_PER_LOAD, FACE_COLUMNS, GAUGES, GasTransport, HEAT_TOTALS, MAX_STATES, NO_INSTANT, Ply,
-    TABLE_NODES, TABLE_STEP_K,
+    AIR_PROPERTIES, COLUMNS_PER_LOAD, ENTHALPY_COLUMNS, GAUGES, GasTransport, HEAT_TOTALS, MAX_STATES, NO_INSTANT, Ply,
+    TABLE_STEP_K, TABLE_STEPS, TableLocation,
 };
+use crate::physics::step::CAPACITY_REDUCTIONS;
 use crate::plan::Plan;
 use std::fmt::Write;
 use std::time::Duration;
@@ -108,9 +109,10 @@ pub(super) fn column_lengths(plan: &Plan, cells: usize, threads: u32) -> String 
     let gas = if plan.rows.gas.is_some() { cells } else { 1 };
     let pores = if plan.rows.gas == Some(GasTransport::Darcy) { cells } else { 1 };
     let nodes = if looks_up_in_sweep(plan, threads) { 1 } else { cells };
+    let enthalpies = if plan.rows.has_enthalpy_steps { cells } else { 1 };
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
-         const NODE_CELLS = {nodes}u;\n"
+         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\n"
     )
 }
 
@@ -131,20 +133,21 @@ pub(super) fn source_without_lengths(
         ("PARTS", plan.rows.conductivity_parts as u32),
         ("SUBSTANCES", plan.rows.data.state_properties.len() as u32),
         ("STATES", plan.rows.max_states as u32),
-        ("LEVELS", plan.rows.pressure_levels as u32),
+        ("TABLES", plan.rows.tables.len() as u32),
+        ("PRESSURE_LEVELS", plan.rows.data.pressure_levels.len() as u32),
+        ("PORE_CLASSES", plan.rows.data.pore_classes.len().max(1) as u32),
         ("REACTIONS", plan.rows.max_reactions.max(1) as u32),
         ("PATHS", plan.rows.reaction_paths.len().max(1) as u32),
         ("HOLDER", u32::from(plan.rows.has_holder)),
         ("DEPTHS", u32::from(plan.rows.has_depth_factors)),
         ("LIMITS", u32::from(plan.rows.has_limit_rows())),
         ("HEAT_TOTALS", HEAT_TOTALS as u32),
-        ("TABLE_NODES", TABLE_NODES as u32),
+        ("TABLE_STEPS", TABLE_STEPS as u32),
         ("COLUMNS_PER_LOAD", COLUMNS_PER_LOAD as u32),
         ("TEXELS_PER_ROW", TEXELS_PER_ROW),
         ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
         ("PROPERTIES", plan.rows.properties() as u32),
-        ("FACE_TABLE", plan.rows.face_table() as u32),
-        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("ENTHALPY_COLUMNS", ENTHALPY_COLUMNS as u32),
         ("MAX_STATES", MAX_STATES as u32),
         ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
@@ -166,11 +169,13 @@ pub(super) fn source_without_lengths(
         ("QUASI_STEADY", has(GasTransport::QuasiSteady)),
         ("DARCY", has(GasTransport::Darcy)),
         ("BACK_IS_OPEN", plan.rows.back_is_open),
+        ("DIRECTORIES", plan.rows.tables.iter().any(|table| table.directory > 0)),
+        ("ENTHALPY_STEPS", plan.rows.has_enthalpy_steps),
+        ("SENSES_PRESSURE", plan.rows.plies.iter().any(|ply| ply.senses_pressure == 1)),
     ];
     for (name, value) in is {
         line(format_args!("const {name} = {value};"));
     }
-    line(format_args!("const MIDDLE_PA = {:?};", plan.rows.middle_level_pa));
     line(format_args!("const TABLE_STEP_K = {TABLE_STEP_K:?};"));
     line(format_args!(
         "// Generated from src/physics/layout.rs, src/march/gpu/layout.rs and src/march/gpu/state.rs.\n{}",
@@ -184,11 +189,11 @@ pub(super) fn source_without_lengths(
 }
 
 /// Whether properties are looked up in the sweep and have no columns: where a single thread marches a member whose
-/// plies have one tabulated state at one pressure level.
+/// plies have one tabulated state, whose conductivity follows no changing pressure, and steps advance temperatures.
 fn looks_up_in_sweep(plan: &Plan, threads: u32) -> bool {
     let is_plain =
-        plan.rows.gas.is_none() && plan.rows.pressure_levels == 1 && plan.rows.plies.iter().all(|ply| ply.rows == 1);
-    threads == 1 && is_plain
+        plan.rows.gas.is_none() && plan.rows.plies.iter().all(|ply| ply.rows == 1 && ply.senses_pressure == 0);
+    threads == 1 && is_plain && !plan.rows.has_enthalpy_steps
 }
 
 /// Loop iterations of one step, and of the code around the steps of a dispatch, in one thread: the count that some
@@ -212,8 +217,17 @@ pub fn loop_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let around =
         with_exit(cells) + 2 * state + with_exit(plies) + with_exit(cells) + with_exit(plies) + cells_by_ply + 1;
     let (gas, gas_around) = gas_iterations(plan, threads);
+    let search = |table: &TableLocation<u32>| table.enthalpy_search_span.checked_ilog2().map_or(0, |log| log + 2);
+    let search = plan.rows.tables.iter().map(search).max().unwrap_or(0);
+    let rises = cells_by_ply + cells * search;
+    let reductions = CAPACITY_REDUCTIONS as u32;
+    let enthalpies =
+        if search > 0 { reductions * (2 * cells_by_ply + 2 * with_exit(cells) + 2 * rises + 3) + 2 * rises } else { 0 };
     let (across, across_around) = if threads == 1 { (0, 0) } else { communication_iterations(plan, threads) };
-    (1 + advance + readings + holder + displaced_sensors + hottest + gas + across, around + gas_around + across_around)
+    (
+        1 + advance + readings + holder + displaced_sensors + hottest + enthalpies + gas + across,
+        around + gas_around + across_around,
+    )
 }
 
 /// Cells of a thread, at most.
@@ -227,8 +241,13 @@ fn communication_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let with_exit = |turns: u32| turns + 1;
     let solved = 2 * with_exit(cells_per_thread(plan, threads)) + with_exit(threads.ilog2() + 1);
     let neighbours = with_exit(cells_per_thread(plan, threads)) + with_exit(threads);
-    // Two systems per stage, the neighbour blocks at both, gauges, and the holder.
-    let step = 4 * solved + 2 * neighbours + with_exit(cells) + 5 * with_exit(threads);
+    // Two systems per stage, those with lower heat capacities, the neighbour blocks at both, gauges, and the holder.
+    let reductions = if plan.rows.has_enthalpy_steps { CAPACITY_REDUCTIONS as u32 } else { 0 };
+    let step = 4 * solved
+        + reductions * (solved + with_exit(threads))
+        + 2 * neighbours
+        + with_exit(cells)
+        + 5 * with_exit(threads);
     (
         step,
         2 * with_exit(plies)
@@ -256,7 +275,14 @@ fn gas_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     // Volumes, density, weights, properties, enthalpies; at an instant the volumes follow from the reactions.
     let (mixture, _) = each(&|states, _| 5 * states + 5);
     let (_, face) = each(&|states, reactions| reactions + 3 * states + 4);
-    let mixture = if plan.rows.max_states > 1 || plan.rows.pressure_levels > 1 { 2 * mixture } else { 0 };
+    let senses_pressure = plan.rows.plies.iter().any(|ply| ply.senses_pressure == 1);
+    let mixture = if plan.rows.max_states > 1 || senses_pressure { 2 * mixture } else { 0 };
+    // Of each cell at both stages and at a sensor: levels, and pores of every state at two levels.
+    let most = |of: &dyn Fn(&Ply<u32>) -> u32| plan.rows.plies.iter().map(of).max().unwrap_or(0);
+    let classes = plan.rows.data.pore_classes.len() as u32;
+    let levels = most(&|ply| ply.levels + 2 * ply.rows * (classes + 1));
+    let sensors = plan.rows.sensor_locations.len() as u32;
+    let mixture = mixture + if senses_pressure { 2 * (cells + 2 * sensors) * levels } else { 0 };
     // Each stage evaluates both faces and looks ahead in both schedules; a sensor reads the cells on both sides.
     let faces = (6 + 2 * plan.rows.sensor_locations.len() as u32) * face;
     if plan.rows.gas.is_none() {
@@ -318,7 +344,8 @@ mod tests {
             assert!((coarse.cells()..=2 * coarse.cells()).contains(&plan.cells()), "{}", folder.display());
             assert_eq!(text(coarse), text(&plan), "{}", folder.display());
             let mut other = plan.clone();
-            other.rows.pressure_levels += 1;
+            other.rows.tables[0].directory = 4;
+            other.rows.has_enthalpy_steps = true;
             assert_ne!(text(&other), text(&plan), "{}: same source with other tables", folder.display());
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::case::Conductivity;
 use crate::case::air::cold_wall_enthalpy_j_kg;
-use crate::physics::layout::{TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
+use crate::physics::layout::{TABLE_START_K, TABLE_STEP_K, TABLE_STEPS};
 use std::sync::Arc;
 
 /// Relation between a scheduled value and the heat flux.
@@ -51,7 +51,7 @@ impl ConductivityIntegral {
     pub(super) fn new(conductivity: &Conductivity, pressure_pa: f64) -> Self {
         let node_k = |node: usize| (TABLE_START_K + TABLE_STEP_K * node as f64).max(1e-6);
         let at = |node: usize| conductivity.parts(node_k(node), pressure_pa).iter().sum::<f64>();
-        let conductivities_w_m_k: Vec<f64> = (0..TABLE_NODES).map(at).collect();
+        let conductivities_w_m_k: Vec<f64> = (0..=TABLE_STEPS).map(at).collect();
         let mut integrals_w_m = vec![0.0];
         for pair in conductivities_w_m_k.windows(2) {
             integrals_w_m.push(integrals_w_m[integrals_w_m.len() - 1] + 0.5 * TABLE_STEP_K * (pair[0] + pair[1]));
@@ -66,7 +66,7 @@ impl ConductivityIntegral {
     }
 
     fn at(&self, temperature_k: f64) -> f64 {
-        let node = ((temperature_k - TABLE_START_K) / TABLE_STEP_K).clamp(0.0, (TABLE_NODES - 2) as f64) as usize;
+        let node = ((temperature_k - TABLE_START_K) / TABLE_STEP_K).clamp(0.0, (TABLE_STEPS - 1) as f64) as usize;
         let beyond_k = temperature_k - (TABLE_START_K + TABLE_STEP_K * node as f64);
         let (conductivity, slope) = self.segment(node);
         self.integrals_w_m[node] + beyond_k * (conductivity + 0.5 * slope * beyond_k)
@@ -74,7 +74,7 @@ impl ConductivityIntegral {
 
     fn inverse(&self, integral_w_m: f64) -> f64 {
         let above = self.integrals_w_m.partition_point(|&other| other <= integral_w_m);
-        let node = above.clamp(1, TABLE_NODES - 1) - 1;
+        let node = above.clamp(1, TABLE_STEPS) - 1;
         let beyond = integral_w_m - self.integrals_w_m[node];
         let (conductivity, slope) = self.segment(node);
         let root = (conductivity * conductivity + 2.0 * slope * beyond).max(0.0).sqrt();

@@ -89,7 +89,7 @@ fn faults_of_the_table_and_of_the_choice_are_refused() {
         (FELT, PropertyColumns { density: "120 kg", ..PROPERTIES }, cp, "wrong dimension: expected a density"),
         (FELT, PropertyColumns { emissivity: "1.2", ..PROPERTIES }, cp, "expected a value from 0 to 1, found 1.2"),
         (FELT, PropertyColumns { heat_capacity: "remark", ..PROPERTIES }, cp, "\"remark\""),
-        ("T [K],k [W/m/K],cp\n300,1,1\n300,1,1\n", PROPERTIES, cp, "felt.csv:3:1: expected a temperature above 300 K"),
+        ("T [K],k [W/m/K],cp\n300,1,1\n299,1,1\n", PROPERTIES, cp, "felt.csv:3:1: expected a temperature above 300 K"),
         ("T [K],k [W/m/K],cp\n300,-1,1\n", PROPERTIES, cp, "felt.csv:2:5: expected a value above 0"),
         ("T [K],k [W/m/K],cp\n300,x,1\n", PROPERTIES, cp, "felt.csv:2:5: "),
         ("temp [K],k [W/m/K],cp\n300,1,1\n", PROPERTIES, cp, "felt.csv has no column \"T\""),

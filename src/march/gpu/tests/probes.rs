@@ -13,12 +13,12 @@ use crate::physics::decomposition::{arrhenius_rate, consumed_share, mean_decay};
 use crate::physics::double_word::DoubleWord;
 use crate::physics::exponential::{decay, exponential, logarithm, power};
 use crate::physics::holder::lateral_heat_flux;
-use crate::physics::layout::{Bead, BoundaryForcing, Reaction, Sensor, TABLE_NODES};
+use crate::physics::layout::{Bead, BoundaryForcing, Reaction, Sensor, TABLE_STEPS, TableLocation};
 use crate::physics::material::{
     ConductivityParts, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
 };
 use crate::physics::surface_flux::{FaceScale, surface_flux};
-use crate::physics::table::{column_offset, integral, interpolate, table_index, table_segment};
+use crate::physics::table::{column_offset, integral, interpolate, rise_by_enthalpy, table_index, table_segment};
 use crate::physics::thermocouple::{
     bead_response, covered_length, interface_temperature, parabola_excess, peak_excess,
 };
@@ -46,13 +46,53 @@ struct Probe<W> {
 
 /// A table of curved columns, so that rows and fractions both matter.
 fn tables<W: Real<Scalar = W, Constant = W>>() -> Vec<W> {
-    (0..TABLE_NODES * COLUMNS)
-        .map(|i| {
-            let (node, column) = ((i / COLUMNS) as f64, (i % COLUMNS) as f64);
-            W::scalar((1.0 + column) * (0.01 + 1e-4 * node + 1e-6 * node * node).sqrt() + 0.1 * (0.1 * node).sin())
-        })
-        .collect()
+    let curved = |i: usize| {
+        let (node, column) = ((i / COLUMNS) as f64, (i % COLUMNS) as f64);
+        (1.0 + column) * (0.01 + 1e-4 * node + 1e-6 * node * node).sqrt() + 0.1 * (0.1 * node).sin()
+    };
+    let mut words: Vec<f64> = (0..TABLE_STEPS * COLUMNS).map(curved).collect();
+    // Half steps, the first half of which hold two rows: a row starts at every half and at 0.3 and 0.4.
+    for bucket in 0..2 * TABLE_STEPS {
+        let (step, is_first) = ((bucket / 2) as f64, bucket % 2 == 0);
+        let starts = if is_first { [step + 0.3, step + 0.4] } else { [1e9, 1e9] };
+        let row = (4 * (bucket / 2) + if is_first { 0 } else { 3 }) as f64;
+        words.extend([row, 0.5 * bucket as f64, starts[0], starts[1]]);
+    }
+    // Rows of (conductivity, heat capacity, slope, enthalpy), (lower bound, start), with a rising heat capacity.
+    let (mut enthalpy, starts) = (0.0, [0.0, 0.3, 0.4, 0.5, 1.0]);
+    for row in 0..4 * TABLE_STEPS {
+        let start = (row / 4) as f64 + starts[row % 4];
+        let steps = starts[row % 4 + 1] - starts[row % 4];
+        let [capacity, slope] = [700.0 + 0.5 * (row as f64) + if row % 7 == 0 { 4e4 } else { 0.0 }, 3.0];
+        words.extend([0.1, 0.0, capacity, slope, 0.0, 0.0, enthalpy, 0.0, 600.0, 0.1, start, 0.0]);
+        enthalpy += 5.0 * steps * (capacity + 0.5 * slope * steps);
+    }
+    words.into_iter().map(W::scalar).collect()
 }
+
+/// The table of curved columns, with rows of `columns` columns from `offset` on.
+const fn uniform(offset: u32, columns: u32) -> TableLocation<u32> {
+    TableLocation {
+        offset,
+        columns,
+        rows: TABLE_STEPS as u32,
+        directory: 0,
+        buckets_per_step: 1,
+        last_bucket: TABLE_STEPS as u32 - 1,
+        enthalpy_search_span: 0,
+    }
+}
+
+/// The rows that a directory finds, as in [`tables`].
+const UNEVEN: TableLocation<u32> = TableLocation {
+    offset: (TABLE_STEPS * COLUMNS + 2 * TABLE_STEPS * 4) as u32,
+    columns: 12,
+    rows: 4 * TABLE_STEPS as u32,
+    directory: (TABLE_STEPS * COLUMNS) as u32,
+    buckets_per_step: 2,
+    last_bucket: 2 * TABLE_STEPS as u32 - 1,
+    enthalpy_search_span: 2048,
+};
 
 /// A kernel that evaluates all probes.
 fn text<W>(plan: &Plan, precision: Precision, texels: bool, probes: &[Probe<W>]) -> String {
@@ -84,10 +124,12 @@ fn text<W>(plan: &Plan, precision: Precision, texels: bool, probes: &[Probe<W>])
     shader::kernel(plan, precision, texels, 1, ("probe", &entry))
 }
 
-/// A plan whose kernel has a conductivity in three parts.
+/// A plan whose kernel has a conductivity in three parts, and directories of rows.
 fn plan() -> Plan {
     let mut plan = Plan::new(&Case::load("cases/permeation".as_ref()).expect("shipped case"));
     plan.rows.conductivity_parts = 3;
+    // For a kernel with look-ups in directories.
+    plan.rows.tables[0].directory = 4;
     plan
 }
 
@@ -190,28 +232,54 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             twin: |x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let s = table_index(x[0]); y[0] = real(s.row); y[1] = s.fraction;
-                   y[2] = interpolate(table_segment(s, 8u, 4u), 1u);
-                   y[3] = integral(table_segment(s, 8u, 4u), 1u);
-                   y[4] = interpolate(column_offset(table_segment(s, 16u, 0u), 4u), 3u);",
+            body: "let narrow = TableLocation(4u, 8u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u);
+                   let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u);
+                   let s = table_index(x[0], narrow); y[0] = real(s.row); y[1] = s.fraction;
+                   y[2] = interpolate(table_segment(s, narrow), 1u);
+                   y[3] = integral(table_segment(s, narrow), 1u);
+                   y[4] = interpolate(column_offset(table_segment(s, wide), 4u), 3u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 5,
             twin: |x, tables, y| {
-                let s = table_index(x[0]);
-                let row = table_segment(tables, s, 8, 4);
-                let offset = column_offset(table_segment(tables, s, 16, 0), 4);
+                let (narrow, wide) = (uniform(4, 8), uniform(0, 16));
+                let s = table_index(x[0], tables, &narrow);
+                let row = table_segment(tables, s, &narrow);
+                let offset = column_offset(table_segment(tables, s, &wide), 4);
                 put(y, &[s.row, s.fraction, interpolate(row, 1), integral(row, 1), interpolate(offset, 3)]);
             },
         },
         Probe {
-            body: "let here = solid_properties(table_segment(table_index(x[0]), 16u, 0u), 3u,
+            body: "let uneven = TableLocation(TABLE_STEPS * 24u, 12u, 4u * TABLE_STEPS, TABLE_STEPS * 16u, 2u,
+                       2u * TABLE_STEPS - 1u, 2048u);
+                   let s = table_index(x[0], uneven); y[0] = real(s.row); y[1] = s.fraction;
+                   y[2] = integral(table_segment(s, uneven), 1u);
+                   let far = rise_by_enthalpy(x[0], x[1], 0.0, uneven, 4u); y[3] = far[0]; y[4] = far[1];
+                   y[5] = rise_by_enthalpy(x[0], 1e-3 * x[1], 1.0, uneven, 4u)[0];",
+            inputs: vec![(-50.0, 4500.0), (-400.0, 400.0)],
+            outputs: 6,
+            twin: |x, tables, y| {
+                let s = table_index(x[0], tables, &UNEVEN);
+                let rise = |predicted_k, reduced| {
+                    rise_by_enthalpy(x[0], predicted_k, W::from_f64(reduced), tables, &UNEVEN, 4)
+                };
+                let stored = integral(table_segment(tables, s, &UNEVEN), 1);
+                let [near, _] = rise(W::from_f64(1e-3) * x[1], 1.0);
+                let [far, least] = rise(x[1], 0.0);
+                put(y, &[s.row, s.fraction, stored, far, least, near]);
+            },
+        },
+        Probe {
+            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u);
+                   let here = solid_properties(table_segment(table_index(x[0], wide), wide), 3u,
                        ConductivityParts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
             twin: |x, tables, y| {
                 let scale = ConductivityParts { solid: x[1], gas: x[2], radiative: x[3] };
-                let here = solid_properties(table_segment(tables, table_index(x[0]), COLUMNS, 0), 3, scale, true);
+                let wide = uniform(0, 16);
+                let row = table_segment(tables, table_index(x[0], tables, &wide), &wide);
+                let here = solid_properties(row, 3, scale, true);
                 put(y, &[here.conductivity, here.heat_capacity, here.slope]);
             },
         },

@@ -17,6 +17,8 @@ use std::collections::BTreeMap;
 
 /// A material that decomposes in a chain, with orders that need a logarithm.
 const CHAIN: &str = include_str!("../../../../tests/derivatives/chain.toml");
+/// A material with latent heat, close nodes, jumps, and tables of several pressures.
+const MELTING: &str = include_str!("../../../../tests/derivatives/melting.toml");
 
 const RESOLUTION: &str = r#"[resolution]
 first_step = "0.1 s"
@@ -37,7 +39,47 @@ const CASES: &[(&str, &str)] = &[
     ("film coefficients, recovery enthalpy and blowing that vary", VARYING),
     ("Darcy flow of air", AIR),
     ("hot-wall correction that varies", CORRECTED),
+    ("latent heat, jumps, changing pressure", LATENT),
+    ("latent heat of a decomposing ply, Darcy flow", LATENT_DARCY),
 ];
+
+const LATENT: &str = r#"
+pressure.points = [["0 s", "10 Pa"], ["10 s", "500 Pa"], ["20 s", "200 kPa"], ["30 s", "8 kPa"]]
+pressure.outside = "hold"
+ply = [
+    { name = "C", material = "melting", thickness = "0.8 mm" },
+    { name = "F", material = "melting", thickness = "3 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "0.4 mm" }]
+[hot_face]
+kind = "heated"
+radiant_flux.points = [["0 s", "0 W/cm^2"], ["1 s", "3 W/cm^2"], ["20 s", "3 W/cm^2"], ["21 s", "0 W/cm^2"]]
+radiant_flux.outside = "zero"
+[back_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["15 s", "380 K"], ["15 s", "340 K"], ["30 s", "360 K"]]
+temperature.outside = "hold"
+"#;
+
+const LATENT_DARCY: &str = r#"
+decomposition = true
+pressure.points = [["0 s", "5 kPa"], ["20 s", "8 kPa"]]
+pressure.outside = "hold"
+ply = [
+    { name = "C", material = "nextel440-bf20", thickness = "0.5 mm" },
+    { name = "F", material = "melting", thickness = "2 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "0.9 mm" }]
+[hot_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["5 s", "900 K"], ["30 s", "320 K"]]
+temperature.outside = "hold"
+[back_face]
+kind = "insulated"
+[gas]
+flow = "darcy"
+gas = "pyrolysis"
+"#;
 
 const INERT: &str = r#"
 contact_conductance = "500 W/m^2/K"
@@ -311,7 +353,8 @@ fn factor((group, property): &(&str, &str)) -> String {
 
 /// The case of a text with every factor that applies.
 fn case(text: &str) -> Case {
-    let files = BTreeMap::from([("materials/chain.toml".to_owned(), CHAIN.to_owned())]);
+    let files = [("chain", CHAIN), ("melting", MELTING)];
+    let files = BTreeMap::from(files.map(|(name, text)| (format!("materials/{name}.toml"), text.to_owned())));
     let top = "initial_temperature = \"300 K\"\nduration = \"30 s\"\n";
     // Four cells a ply are the least.
     let cells = (4 * text.matches("thickness").count()).max(12);

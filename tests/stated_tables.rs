@@ -1,0 +1,226 @@
+//! Tables as the files state them: close nodes, jumps, latent heat; conductivities that follow the pressure.
+
+use crate::support::ROUNDING_K;
+use bondline::adapt::adapt;
+use bondline::case::Case;
+use bondline::ensemble::Ensemble;
+use bondline::march::Precision;
+use bondline::march::cpu::Cpu;
+use bondline::march::richardson::march_extrapolated;
+use bondline::plan::Plan;
+use bondline::traces::MemberStatus;
+use std::collections::BTreeMap;
+
+/// A material of density 1000 kg/m³ with these tables.
+fn material(heat_capacity: &str, conductivity: &str) -> String {
+    format!(
+        "name = \"M\"\n[density]\nvalue = \"1000 kg/m^3\"\n[heat_capacity]\n{heat_capacity}\n[conductivity]\n\
+         {conductivity}\n[emissivity]\nvalue = 0.8\n"
+    )
+}
+
+const CAPACITY: &str = "value = \"1000 J/kg/K\"";
+const CONDUCTIVITY: &str = "value = \"1 W/m/K\"";
+
+/// A slab with a held hot face.
+fn held_slab(material: String, millimetres: f64, face_k: f64, start_k: f64, more: &str) -> Case {
+    let text = format!(
+        "initial_temperature = \"{start_k} K\"\nduration = \"600 s\"\n{more}\n\
+         ply = [{{ name = \"S\", material = \"m\", thickness = \"{millimetres} mm\" }}]\n\
+         sensor = [{{ name = \"A\", depth = \"5 mm\" }}, {{ name = \"B\", depth = \"10 mm\" }}, \
+         {{ name = \"C\", depth = \"15 mm\" }}]\n[hot_face]\nkind = \"held\"\ntemperature = \"{face_k} K\"\n"
+    );
+    let files = BTreeMap::from([("materials/m.toml".to_owned(), material)]);
+    Case::from_toml(&text, "slab", &files).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Temperatures of the sensors at the end, K, and the claimed error.
+fn at_end_k(case: &Case, precision: Precision) -> (Vec<f64>, f64) {
+    let plan = adapt(case).unwrap_or_else(|error| panic!("{error}"));
+    let traces = march_extrapolated(&mut Cpu::new(precision), &plan, &Ensemble::nominal(case.factors()), 0..1)
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(traces.statuses, [MemberStatus::Completed]);
+    let ends = traces.temperatures_k.chunks_exact(traces.instants).map(|trace| trace[traces.instants - 1]);
+    (ends.collect(), plan.error_estimate().map_or(f64::INFINITY, |estimate| estimate.nominal_k))
+}
+
+/// 199 kJ/kg over 4 K.
+const LATENT: &str = "temperatures_k = [250, 300.5, 300.6, 304.4, 304.5, 400]\n\
+                      values = [1000, 1000, 52000, 52000, 1000, 1000]\nunit = \"J/kg/K\"\noutside = \"clamp\"";
+
+/// Of a finite-volume method in enthalpy written apart, whose results with 240 and 480 cells agree to 0.01 K.
+const LATENT_K: [f64; 3] = [325.74, 311.77, 301.05];
+
+#[test]
+fn latent_heat_between_two_nodes_is_conserved() {
+    let (found_k, claim_k) =
+        at_end_k(&held_slab(material(LATENT, CONDUCTIVITY), 60.0, 340.0, 290.0, ""), Precision::F64);
+    assert!(claim_k < 0.1, "claim {claim_k} K");
+    for (found_k, expected_k) in found_k.iter().zip(LATENT_K) {
+        assert!((found_k - expected_k).abs() < claim_k.max(0.02), "{found_k} K, not {expected_k} K, claim {claim_k} K");
+    }
+    let without = at_end_k(&held_slab(material(CAPACITY, CONDUCTIVITY), 60.0, 340.0, 290.0, ""), Precision::F64).0;
+    assert!((without[1] - LATENT_K[1]).abs() > 5.0, "the latent heat must show: {without:?}");
+}
+
+/// erf by its series and erfc by its continued fraction.
+fn error_function(x: f64) -> f64 {
+    if x < 2.5 {
+        let mut term = x;
+        let mut sum = x;
+        for n in 1..80 {
+            term *= -x * x / f64::from(n);
+            sum += term / f64::from(2 * n + 1);
+        }
+        return 2.0 / std::f64::consts::PI.sqrt() * sum;
+    }
+    let fraction = (1..60).rev().fold(x, |below, n| x + f64::from(n) / 2.0 / below);
+    1.0 - (-x * x).exp() / (fraction * std::f64::consts::PI.sqrt())
+}
+
+/// Neumann's solution of melting in a half space (Carslaw and Jaeger, Conduction of Heat in Solids, 1959, section 11.2),
+/// with equal properties of both phases: temperature at a depth, K.
+fn neumann_k(depth_m: f64, time_s: f64, [face_k, melting_k, start_k]: [f64; 3], latent_over_c_k: f64) -> f64 {
+    let diffusivity_m2_s = 1e-6;
+    let balance = |position: f64| {
+        let gain = (face_k - melting_k) / error_function(position);
+        let loss = (melting_k - start_k) / (1.0 - error_function(position));
+        (gain - loss) * (-position * position).exp() - position * std::f64::consts::PI.sqrt() * latent_over_c_k
+    };
+    let (mut low, mut high) = (1e-6, 3.0);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if balance(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    let here = depth_m / (2.0 * (diffusivity_m2_s * time_s).sqrt());
+    if here < low {
+        face_k - (face_k - melting_k) * error_function(here) / error_function(low)
+    } else {
+        start_k + (melting_k - start_k) * (1.0 - error_function(here)) / (1.0 - error_function(low))
+    }
+}
+
+#[test]
+fn melting_at_one_temperature_is_the_exact_solution_of_stefan_and_neumann() {
+    // 200 kJ/kg over 10 mK, whose edges are jumps.
+    let heat_capacity = "temperatures_k = [250, 310, 310, 310.01, 310.01, 400]\n\
+                         values = [1000, 1000, 2.0001e7, 2.0001e7, 1000, 1000]\nunit = \"J/kg/K\"\noutside = \"clamp\"";
+    let ends_k = [340.0, 310.0, 290.0];
+    let (found_k, claim_k) =
+        at_end_k(&held_slab(material(heat_capacity, CONDUCTIVITY), 200.0, 340.0, 290.0, ""), Precision::F64);
+    for (found_k, depth_m) in found_k.iter().zip([5e-3, 10e-3, 15e-3]) {
+        let exact_k = neumann_k(depth_m, 600.0, ends_k, 200.0);
+        assert!((found_k - exact_k).abs() < claim_k, "{found_k} K, not {exact_k} K at {depth_m} m, claim {claim_k} K");
+    }
+    assert!(claim_k < 1.0, "claim {claim_k} K");
+    assert!((neumann_k(5e-3, 600.0, ends_k, 400.0) - neumann_k(5e-3, 600.0, ends_k, 200.0)).abs() > 1.0);
+}
+
+/// Of fluxes by differences of the integral of the conductivity: 400 and 800 cells agree to 1e-4 K.
+const JUMP_K: [f64; 3] = [792.4417, 786.0342, 781.7528];
+
+#[test]
+fn the_claim_holds_where_a_conductivity_jumps() {
+    let conductivity = "temperatures_k = [250, 500, 500, 1500]\nvalues = [0.1, 0.1, 1.0, 1.0]\nunit = \"W/m/K\"\n\
+                        outside = \"clamp\"";
+    let case = held_slab(material(CAPACITY, conductivity), 20.0, 800.0, 300.0, "");
+    let (found_k, claim_k) = at_end_k(&case, Precision::F64);
+    for (found_k, expected_k) in found_k.iter().zip(JUMP_K) {
+        assert!((found_k - expected_k).abs() < claim_k, "{found_k} K, not {expected_k} K, claim {claim_k} K");
+    }
+}
+
+/// Two schedules of the pressure that are one until this time, s.
+const PARTS_S: f64 = 599.0;
+
+fn with_pressure(material: &str, points: &[(f64, f64)]) -> Case {
+    let points: Vec<_> = points.iter().map(|(time_s, pa)| format!("[\"{time_s} s\", \"{pa} Pa\"]")).collect();
+    let pressure = format!("pressure = [{}]", points.join(", "));
+    held_slab(material.to_owned(), 20.0, 900.0, 300.0, &pressure)
+}
+
+/// Of six pressures, and of pores in a three-part conductivity.
+fn materials_that_follow_the_pressure() -> [String; 2] {
+    let at = |pa: f64, k: f64| {
+        format!(
+            "[[conductivity.at]]\npressure = \"{pa} Pa\"\ntemperatures_k = [200, 512.3, 2000]\n\
+             values = [{k}, {k}, {}]\nunit = \"W/m/K\"\noutside = \"clamp\"\n",
+            2.0 * k
+        )
+    };
+    let tables: String = [(1.0, 0.01), (10.0, 0.012), (100.0, 0.02), (1e3, 0.035), (1e4, 0.046), (1e5, 0.05)]
+        .map(|(p, k)| at(p, k))
+        .concat();
+    let head = "name = \"M\"\n[density]\nvalue = \"100 kg/m^3\"\n[heat_capacity]\nvalue = \"1000 J/kg/K\"\n\
+                [emissivity]\nvalue = 0.8\n";
+    let pores = "[conductivity]\nsolid = \"0.002 W/m/K\"\nsolid_exponent = 0.5\nrange = [\"250 K\", \"1900 K\"]\n\
+                 extinction = \"4000 1/m\"\npores = [{ share = 0.9, length = \"80 um\" }, { share = 0.1, length = \"200 nm\" }]\n";
+    [format!("{head}{tables}"), format!("{head}{pores}")]
+}
+
+/// Traces of the sensors up to [`PARTS_S`], K.
+fn before_the_end_k(case: &Case, plan: &Plan) -> Vec<f64> {
+    let traces = march_extrapolated(&mut Cpu::new(Precision::F64), plan, &Ensemble::nominal(case.factors()), 0..1);
+    let traces = traces.unwrap_or_else(|error| panic!("{error}"));
+    let counts = plan.instants_s().partition_point(|&instant_s| instant_s <= PARTS_S - 1.0);
+    traces.temperatures_k.chunks_exact(traces.instants).flat_map(|trace| trace[..counts].to_vec()).collect()
+}
+
+#[test]
+fn a_pressure_that_comes_later_changes_nothing_before() {
+    let largest_difference_k =
+        |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+    for material in materials_that_follow_the_pressure() {
+        let marched = |last_pa: f64, first_pa: f64| {
+            let points = [(0.0, first_pa), (300.0, 700.0), (PARTS_S, 100.0), (PARTS_S, last_pa), (600.0, last_pa)];
+            let case = with_pressure(&material, &points);
+            before_the_end_k(&case, &Plan::new(&case))
+        };
+        let steady = marched(100.0, 100.0);
+        for last_pa in [1.0, 101_325.0] {
+            let difference_k = largest_difference_k(&steady, &marched(last_pa, 100.0));
+            assert!(difference_k <= ROUNDING_K, "{difference_k} K before a change to {last_pa} Pa");
+        }
+        let difference_k = largest_difference_k(&steady, &marched(100.0, 1e4));
+        assert!(difference_k > 1.0, "another pressure at the start must show: {difference_k} K");
+    }
+}
+
+#[test]
+fn a_pressure_that_changes_by_nothing_is_a_constant_one() {
+    for material in materials_that_follow_the_pressure() {
+        let constant = with_pressure(&material, &[(0.0, 250.0), (600.0, 250.0)]);
+        let moving = with_pressure(&material, &[(0.0, 250.0), (599.999, 250.0), (600.0, 251.0)]);
+        let ends = [constant, moving].map(|case| before_the_end_k(&case, &Plan::new(&case)));
+        let difference_k = ends[0].iter().zip(&ends[1]).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+        // The gas part is resampled where the pressure is constant.
+        assert!(difference_k < 2e-3, "{difference_k} K");
+    }
+}
+
+#[test]
+fn a_step_of_the_emissivity_acts_at_the_temperature_that_is_stated() {
+    const FLUX_W_M2: f64 = 2000.0;
+    let heated = |emissivity: &str| {
+        let material = material(CAPACITY, "value = \"1000 W/m/K\"").replace("value = 0.8\n", emissivity);
+        let text = "initial_temperature = \"300 K\"\nduration = \"200 s\"\n\
+                    ply = [{ name = \"S\", material = \"m\", thickness = \"1 mm\" }]\n\
+                    sensor = [{ name = \"A\", depth = \"0 mm\" }]\n[hot_face]\nkind = \"heated\"\n\
+                    flux = \"2 kW/m^2\"\nsurroundings = \"0 K\"\n";
+        let files = BTreeMap::from([("materials/m.toml".to_owned(), material)]);
+        let case = Case::from_toml(text, "plate", &files).unwrap_or_else(|error| panic!("{error}"));
+        at_end_k(&case, Precision::F64)
+    };
+    // The heat balance of a plate at one temperature, by Euler's method in steps of 20 µs.
+    let mut exact_k = 300.0_f64;
+    for _ in 0..10_000_000 {
+        let emissivity = if exact_k < 402.3 { 0.2 } else { 0.9 };
+        exact_k += 2e-5 * (FLUX_W_M2 - emissivity * 5.670374419e-8 * exact_k.powi(4)) / 1000.0;
+    }
+    let step = "temperatures_k = [300, 402.3, 402.3, 600]\nvalues = [0.2, 0.2, 0.9, 0.9]\noutside = \"clamp\"\n";
+    let (found_k, claim_k) = heated(step);
+    assert!((found_k[0] - exact_k).abs() < claim_k.max(2e-3), "{found_k:?} K, not {exact_k} K, claim {claim_k} K");
+    let later = step.replace("402.3", "407.3");
+    let difference_k = (heated(&later).0[0] - exact_k).abs();
+    assert!(difference_k > 10.0 * claim_k, "a step 5 K later must show: {difference_k} K, claim {claim_k} K");
+}
