@@ -11,6 +11,7 @@ struct BoundaryRow {
 struct MatrixRow {
     lower: real,
     diagonal: real,
+    slope: real,
     upper: real,
     rhs: real,
 }
@@ -24,6 +25,7 @@ struct ForwardSweep {
     reciprocal: real,
     upper: real,
     rhs: real,
+    share: real,
 }
 
 struct Position {
@@ -46,7 +48,7 @@ fn position(ply: u32, cell: u32) -> Position {
 // A block begins with a reciprocal pivot of one, so that its first `lower` keeps the coupling to the unknown above the
 // block.
 fn forward_sweep() -> ForwardSweep {
-    return ForwardSweep(0.0, 0.0, 0.0, array<real, 2>(0.0, 0.0), 1.0, 0.0, 0.0);
+    return ForwardSweep(0.0, 0.0, 0.0, array<real, 2>(0.0, 0.0), 1.0, 0.0, 0.0, 1.0);
 }
 
 fn apply_boundary(boundary_row: BoundaryRow, row: MatrixRow, outflow_slope: real) -> MatrixRow {
@@ -54,6 +56,7 @@ fn apply_boundary(boundary_row: BoundaryRow, row: MatrixRow, outflow_slope: real
     return MatrixRow(
         row.lower * free,
         (row.diagonal + outflow_slope - boundary_row.slope) * free + boundary_row.held,
+        row.slope * free,
         row.upper * free,
         (row.rhs + boundary_row.rhs_correction) * free + boundary_row.held * boundary_row.rise_k,
     );
@@ -135,10 +138,17 @@ fn first_stage_row(
     }
     var row = MatrixRow(
         above.slopes[0],
-        node.capacity * inverse_step_1_s - (above.slopes[1] + own_slope),
+        0.0,
+        own_slope,
         next_slope,
         net_heat_flux(at, below, from_holder, 0u, above),
     );
+    let storage = node.capacity * inverse_step_1_s;
+    if FLUSHES_TINY {
+        row.diagonal = storage - above.slopes[1] * above.share;
+    } else {
+        row.diagonal = storage - (above.slopes[1] + own_slope);
+    }
     if HOLDER == 1u {
         row.diagonal = row.diagonal + holder_conductance(at.ply, at.cell) * opaque(real(GAMMA));
     }
@@ -161,7 +171,13 @@ fn first_stage_row(
         }
         row = apply_boundary(boundary_row_of(at.face), row, outflow_slope);
     }
-    let eliminated_row = eliminate_row(row.lower, row.diagonal, above.reciprocal, above.upper);
+    var eliminated_row: EliminatedRow;
+    if FLUSHES_TINY {
+        eliminated_row = eliminate_conducting_row(row.lower, row.diagonal, row.slope, above.reciprocal);
+    } else {
+        eliminated_row = eliminate_row(row.lower, row.diagonal, above.reciprocal, above.upper);
+    }
+    next.share = eliminated_row.share;
     next.reciprocal = eliminated_row.reciprocal;
     next.upper = row.upper;
     next.rhs = forward_eliminate(row.rhs, eliminated_row.lower_ratio, above.rhs);

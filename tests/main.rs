@@ -30,6 +30,7 @@ mod rare_probability; // sampling until an interval is narrow, rare probabilitie
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod sensor_convergence; // convergence of sensors beside plies that decompose
 mod session; // sessions against the command; progress, cancellation, invalid options
+mod single_precision; // metal foils in f32 and f64
 mod sizing_and_coverage; // sizing against closed forms, coverage studies
 mod stated_tables; // tables as stated: latent heat, jumps, pressures
 #[expect(dead_code, reason = "the tests inside the library use the rest")]

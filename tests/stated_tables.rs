@@ -44,6 +44,9 @@ fn at_end_k(case: &Case, precision: Precision) -> (Vec<f64>, f64) {
     (ends.collect(), plan.error_estimate().map_or(f64::INFINITY, |estimate| estimate.nominal_k))
 }
 
+/// A tolerance that a front reaches in a second; 0.05 K takes a minute.
+const COARSE: &str = "resolution = { tolerance = \"0.5 K\" }";
+
 /// 199 kJ/kg over 4 K.
 const LATENT: &str = "temperatures_k = [250, 300.5, 300.6, 304.4, 304.5, 400]\n\
                       values = [1000, 1000, 52000, 52000, 1000, 1000]\nunit = \"J/kg/K\"\noutside = \"clamp\"";
@@ -54,10 +57,10 @@ const LATENT_K: [f64; 3] = [325.74, 311.77, 301.05];
 #[test]
 fn latent_heat_between_two_nodes_is_conserved() {
     let (found_k, claim_k) =
-        at_end_k(&held_slab(material(LATENT, CONDUCTIVITY), 60.0, 340.0, 290.0, ""), Precision::F64);
-    assert!(claim_k < 0.1, "claim {claim_k} K");
+        at_end_k(&held_slab(material(LATENT, CONDUCTIVITY), 60.0, 340.0, 290.0, COARSE), Precision::F64);
+    assert!(claim_k < 1.0, "claim {claim_k} K");
     for (found_k, expected_k) in found_k.iter().zip(LATENT_K) {
-        assert!((found_k - expected_k).abs() < claim_k.max(0.02), "{found_k} K, not {expected_k} K, claim {claim_k} K");
+        assert!((found_k - expected_k).abs() < claim_k, "{found_k} K, not {expected_k} K, claim {claim_k} K");
     }
     let without = at_end_k(&held_slab(material(CAPACITY, CONDUCTIVITY), 60.0, 340.0, 290.0, ""), Precision::F64).0;
     assert!((without[1] - LATENT_K[1]).abs() > 5.0, "the latent heat must show: {without:?}");
@@ -106,13 +109,15 @@ fn melting_at_one_temperature_is_the_exact_solution_of_stefan_and_neumann() {
     let heat_capacity = "temperatures_k = [250, 310, 310, 310.01, 310.01, 400]\n\
                          values = [1000, 1000, 2.0001e7, 2.0001e7, 1000, 1000]\nunit = \"J/kg/K\"\noutside = \"clamp\"";
     let ends_k = [340.0, 310.0, 290.0];
-    let (found_k, claim_k) =
-        at_end_k(&held_slab(material(heat_capacity, CONDUCTIVITY), 200.0, 340.0, 290.0, ""), Precision::F64);
+    let (found_k, claim_k) = at_end_k(
+        &held_slab(material(heat_capacity, CONDUCTIVITY), 200.0, 340.0, 290.0, &COARSE.replace("0.5", "3")),
+        Precision::F64,
+    );
     for (found_k, depth_m) in found_k.iter().zip([5e-3, 10e-3, 15e-3]) {
         let exact_k = neumann_k(depth_m, 600.0, ends_k, 200.0);
         assert!((found_k - exact_k).abs() < claim_k, "{found_k} K, not {exact_k} K at {depth_m} m, claim {claim_k} K");
     }
-    assert!(claim_k < 1.0, "claim {claim_k} K");
+    assert!(claim_k < 5.0, "claim {claim_k} K");
     assert!((neumann_k(5e-3, 600.0, ends_k, 400.0) - neumann_k(5e-3, 600.0, ends_k, 200.0)).abs() > 1.0);
 }
 

@@ -11,7 +11,7 @@ use super::member::Member;
 use super::pyrolysis::{DAMPING_SHARE, stiffness_damping};
 use super::state::{BoundaryRow, CellProperties, EliminatedRow};
 use super::surface_flux::SurfaceFlux;
-use super::tridiagonal::{eliminate_row, flush_tiny, forward_eliminate};
+use super::tridiagonal::{eliminate_conducting_row, eliminate_row, flush_tiny, forward_eliminate};
 use crate::layout::GasTransport;
 use std::ops::Range;
 
@@ -19,7 +19,10 @@ use std::ops::Range;
 #[derive(Clone, Copy)]
 struct MatrixRow<R> {
     lower: R,
+    /// In f32 what is left of it after the elimination of the row above, without the slope of the flux to the next cell.
     diagonal: R,
+    /// Slope of the flux to the next cell, negated.
+    slope: R,
     upper: R,
     rhs: R,
 }
@@ -38,6 +41,8 @@ struct ForwardSweep<R> {
     reciprocal: R,
     upper: R,
     rhs: R,
+    /// Share of its diagonal in the pivot of the row above, in f32.
+    share: R,
     /// Heat conducted onwards by the cells of both faces, W/m², and −γ times its slopes by their temperatures and,
     /// negated, by those of their neighbours.
     face_conduction: [R; 2],
@@ -70,6 +75,7 @@ fn forward_sweep<R: Real>() -> ForwardSweep<R> {
         reciprocal: zero,
         upper: zero,
         rhs: zero,
+        share: R::from_f64(1.0),
         face_conduction: [zero; 2],
         face_conduction_slopes: [[zero; 2]; 2],
     }
@@ -83,6 +89,7 @@ impl<R: Real> BoundaryRow<R> {
         MatrixRow {
             lower: row.lower * free,
             diagonal: (row.diagonal + outflow_slope - self.slope) * free + self.held,
+            slope: row.slope * free,
             upper: row.upper * free,
             rhs: (row.rhs + self.rhs_correction) * free + self.held * self.rise_k,
         }
@@ -172,9 +179,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             from_holder = self.holder_flux(at.ply, at.cell, step, 0);
             sweep.from_holder = sweep.from_holder + from_holder;
         }
+        let storage = node.properties.first_capacity * inverse_step_1_s;
         let mut row = MatrixRow {
             lower: sweep.slopes[0],
-            diagonal: node.properties.first_capacity * inverse_step_1_s - (sweep.slopes[1] + own_slope),
+            diagonal: if R::MANTISSA_BITS > 23 {
+                storage - (sweep.slopes[1] + own_slope)
+            } else {
+                storage - sweep.slopes[1] * sweep.share
+            },
+            slope: own_slope,
             upper: next_slope,
             rhs: self.net_heat_flux(at, below, from_holder, 0, sweep),
         };
@@ -201,7 +214,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let outflow_slope = if GAS { self.outflow_heat_slope(face, at.cell) } else { R::from_f64(0.0) };
             row = self.thermal.boundary_rows[face].apply_boundary(row, outflow_slope);
         }
-        let [under, reciprocal] = eliminate_row(row.lower, row.diagonal, sweep.reciprocal, sweep.upper);
+        let (under, reciprocal);
+        if R::MANTISSA_BITS > 23 {
+            [under, reciprocal] = eliminate_row(row.lower, row.diagonal, sweep.reciprocal, sweep.upper);
+        } else {
+            [under, reciprocal, sweep.share] =
+                eliminate_conducting_row(row.lower, row.diagonal, row.slope, sweep.reciprocal);
+        }
         sweep.rhs = forward_eliminate(row.rhs, under, sweep.rhs);
         sweep.slopes = [own_slope, next_slope];
         (sweep.reciprocal, sweep.upper) = (reciprocal, row.upper);

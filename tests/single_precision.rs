@@ -1,0 +1,67 @@
+//! Single against double precision where conduction is stiff: metal foils and films beside insulation.
+
+use crate::support::{SINGLE_K, max_difference_k};
+use bondline::case::Case;
+use bondline::ensemble::Ensemble;
+use bondline::march::Precision;
+use bondline::march::cpu::Cpu;
+use bondline::march::richardson::march_extrapolated;
+use bondline::plan::Plan;
+use bondline::traces::MemberStatus;
+use std::collections::BTreeMap;
+
+fn material(density: f64, heat_capacity: f64, conductivity: f64) -> String {
+    format!(
+        "name = \"M\"\n[density]\nvalue = \"{density} kg/m^3\"\n[heat_capacity]\nvalue = \"{heat_capacity} J/kg/K\"\n\
+         [conductivity]\nvalue = \"{conductivity} W/m/K\"\n[emissivity]\nvalue = 0.8\n"
+    )
+}
+
+/// Plies from the hot face to the back face: material and thickness, mm.
+fn layup(plies: &[(&str, f64)], contact_w_m2_k: f64) -> Case {
+    let rows: Vec<_> = plies
+        .iter()
+        .enumerate()
+        .map(|(ply, (name, mm))| format!("{{ name = \"P{ply}\", material = \"{name}\", thickness = \"{mm} mm\" }}"))
+        .collect();
+    let sensors: Vec<_> = (0..plies.len()).map(|ply| format!("{{ name = \"S{ply}\", below = \"P{ply}\" }}")).collect();
+    let text = format!(
+        "initial_temperature = \"300 K\"\nduration = \"300 s\"\ncontact_conductance = \"{contact_w_m2_k} W/m^2/K\"\n\
+         ply = [{}]\nsensor = [{}]\n[hot_face]\nkind = \"heated\"\nradiant_flux = \"50 kW/m^2\"\n",
+        rows.join(", "),
+        sensors.join(", ")
+    );
+    let files = [
+        ("cloth", material(1000.0, 800.0, 0.2)),
+        ("felt", material(170.0, 1000.0, 0.03)),
+        ("aluminium", material(2700.0, 900.0, 200.0)),
+        ("gold", material(19300.0, 129.0, 310.0)),
+        ("aerogel", material(60.0, 800.0, 0.012)),
+    ];
+    let files = BTreeMap::from(files.map(|(name, text)| (format!("materials/{name}.toml"), text)));
+    Case::from_toml(&text, "foils", &files).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn metal_foils_and_films_march_in_single_precision_as_in_double() {
+    for (plies, contact_w_m2_k) in [
+        (&[("cloth", 0.5), ("felt", 6.0), ("aluminium", 0.025)][..], 1e6),
+        (&[("aluminium", 0.025), ("felt", 6.0)], 1e9),
+        (&[("felt", 3.0), ("gold", 0.0001), ("felt", 3.0)], 1e4),
+        (&[("gold", 0.0002), ("cloth", 0.5), ("felt", 20.0), ("aluminium", 0.05)], 1e9),
+        (&[("felt", 40.0), ("aluminium", 0.001)], 10.0),
+        (&[("aluminium", 0.03), ("aerogel", 5.0), ("aluminium", 0.03), ("aerogel", 5.0), ("aluminium", 2.0)], 0.5),
+    ] {
+        let case = layup(plies, contact_w_m2_k);
+        let plan = Plan::new(&case);
+        let marched = |precision| {
+            let nominal = Ensemble::nominal(case.factors());
+            let traces = march_extrapolated(&mut Cpu::new(precision), &plan, &nominal, 0..1);
+            let traces = traces.unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(traces.statuses, [MemberStatus::Completed], "{plies:?} in {precision:?}");
+            traces
+        };
+        let difference_k = max_difference_k(&marched(Precision::F32), &marched(Precision::F64));
+        assert!(difference_k < SINGLE_K, "{plies:?}: {difference_k} K");
+    }
+}
