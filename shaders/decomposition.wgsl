@@ -1,7 +1,8 @@
 // How far a reaction goes in a step: twin of src/physics/decomposition.rs.
 
 fn arrhenius_rate(reaction: Reaction, temperature_k: real, pre_exponential: real, steepness: real) -> real {
-    let constant = pre_exponential * reaction.rate_1_s * exponential(-steepness);
+    let log_rate = min(reaction.log_rate_1_s - steepness, real(LOG_RATE_MAX));
+    let constant = pre_exponential * exponential(log_rate);
     if reaction.onset_k == 0.0 {
         return constant;
     }
@@ -30,9 +31,10 @@ fn mean_decay(x: real) -> real {
 }
 
 fn logarithm_1p(x: real) -> real {
-    let small = x * (1.0 - x * (0.5 - x * real(1.0 / 3.0)));
+    let near = min(max(x, -0.5), 0.5);
+    let small = near * (1.0 - near * (0.5 - near * real(1.0 / 3.0)));
     let large = logarithm(max(1.0 + x, real(1e-30)));
-    let is_large = ge_mask(x * x, real(1e-6));
+    let is_large = ge_mask(near * near, real(1e-6));
     return small + is_large * opaque(large - small);
 }
 
@@ -50,7 +52,7 @@ fn consumed_share(reactant: real, exposure: real, order: real) -> real {
         return gone / (root * (root + 1.0));
     }
     let above = order - 1.0;
-    let gone = above * exposure * power(reactant, above);
+    let gone = above * min(exposure, real(EXPOSURE_MAX)) * power(reactant, above);
     let decay = logarithm_1p(gone) / above;
     return decay * mean_decay(decay);
 }

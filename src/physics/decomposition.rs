@@ -9,11 +9,20 @@ use super::compensated::opaque;
 use super::exponential::{decay, exponential, logarithm, power};
 use crate::layout::Reaction;
 
+/// Largest logarithm of a rate constant in 1/s: 2.4e17 1/s is thousands of times the frequency at which molecules
+/// vibrate, and uses up the reactant in any step. The bound keeps products of rates finite in f32.
+pub(super) const LOG_RATE_MAX: f64 = 40.0;
+
+/// Largest integral of a rate constant of an order without a closed form of its own: its products stay finite in f32.
+pub(super) const EXPOSURE_MAX: f64 = 1e12;
+
 /// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `pre_exponential` scales A;
-/// `gradient_cosine` is E/RT.
+/// `steepness` is E/RT. A enters as ln A in the exponent: for desorption or the melting of a crystal A is 1e30 1/s or
+/// more and the exponential below the range of f32, while their product is an ordinary rate.
 #[inline(always)]
 pub fn arrhenius_rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, pre_exponential: R, steepness: R) -> R {
-    let constant = pre_exponential * R::splat(reaction.rate_1_s) * exponential(-steepness);
+    let log_rate = (R::splat(reaction.log_rate_1_s) - steepness).min(R::from_f64(LOG_RATE_MAX));
+    let constant = pre_exponential * exponential(log_rate);
     if reaction.onset_k == R::scalar(0.0) {
         return constant;
     }
@@ -40,9 +49,11 @@ pub fn mean_decay<R: Real>(x: R) -> R {
 #[inline(always)]
 pub fn logarithm_1p<R: Real>(x: R) -> R {
     let one = R::from_f64(1.0);
-    let small = x * (one - x * (R::from_f64(0.5) - x * R::from_f64(1.0 / 3.0)));
+    // The bounds keep the powers finite.
+    let near = x.max(R::from_f64(-0.5)).min(R::from_f64(0.5));
+    let small = near * (one - near * (R::from_f64(0.5) - near * R::from_f64(1.0 / 3.0)));
     let large = logarithm((one + x).max(R::from_f64(1e-30)));
-    let is_large = (x * x).ge_mask(R::from_f64(1e-6));
+    let is_large = (near * near).ge_mask(R::from_f64(1e-6));
     small + is_large * opaque(large - small)
 }
 
@@ -64,7 +75,7 @@ pub fn consumed_share<R: Real>(reactant: R, exposure: R, order: R::Scalar) -> R 
         return gone / (root * (root + one));
     }
     let above = R::splat(order) - one;
-    let gone = above * exposure * power(reactant, above);
+    let gone = above * exposure.min(R::from_f64(EXPOSURE_MAX)) * power(reactant, above);
     let decay = logarithm_1p(gone) / above;
     decay * mean_decay(decay)
 }

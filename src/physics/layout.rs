@@ -233,7 +233,8 @@ rows! {
 
     /// A reaction of a ply.
     real Reaction {
-        rate_1_s,
+        /// Natural logarithm of the pre-exponential factor in 1/s: f32 cannot hold every factor.
+        log_rate_1_s,
         /// E/R, K.
         activation_k,
         order,

@@ -80,6 +80,8 @@ pub fn constants() -> Vec<(String, f64)> {
         ("EXP_ARGUMENT_MAX", exponential::EXP_ARGUMENT_MAX),
         ("STEFAN_BOLTZMANN", surface_flux::STEFAN_BOLTZMANN),
         ("FLUSH_THRESHOLD", tridiagonal::FLUSH_THRESHOLD),
+        ("LOG_RATE_MAX", decomposition::LOG_RATE_MAX),
+        ("EXPOSURE_MAX", decomposition::EXPOSURE_MAX),
         ("DAMPING_SHARE", pyrolysis::DAMPING_SHARE),
         ("REACTANT_MIN", pyrolysis::REACTANT_MIN),
         ("PRESSURE_GAMMA", darcy_flow::PRESSURE_GAMMA),

@@ -219,7 +219,7 @@ impl Plan {
             state_properties: case.layup.plies.iter().flat_map(|ply| state_properties(&ply.material)).collect(),
             pressure_levels: levels_pa.map(|level_pa| PressureLevel { log_pressure: level_pa.ln() }).collect(),
             pore_classes: pores,
-            reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material, duration_s)).collect(),
+            reactions: case.layup.plies.iter().flat_map(|ply| reactions(case, ply, duration_s)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
             boundary_forcing: forcing.at_step_ends(&time_grid.times_s),

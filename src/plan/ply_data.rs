@@ -3,7 +3,7 @@
 use super::factor_columns::factor_column;
 use super::tables::{conductivity_parts_of, integral_to, pores_of, pressure_levels_pa, state_count, tabulated_states};
 use crate::case::GAS_CONSTANT_J_MOL_K;
-use crate::case::{Case, Material, MixtureRule, Pores, Property, PyrolysisHeat, ReactionScheme, Table};
+use crate::case::{self, Case, Material, MixtureRule, Pores, Property, PyrolysisHeat, ReactionScheme, Table};
 use crate::physics::layout::{BulkProperties, Ply, Reaction, ReactionPath, StateProperties};
 
 /// The ply rows, given the cell range of each ply.
@@ -103,21 +103,25 @@ pub(super) fn state_properties(material: &Material) -> Vec<StateProperties<f64>>
     rows
 }
 
-/// Largest converted share of the reactant over a whole march for which a reaction is skipped. A factor on activation
-/// energies shifts the threshold; a factor on rates does not, as twice this share is still negligible.
+/// Largest converted share of the reactant over a whole march for which a reaction is skipped, for the fastest rates
+/// that the bounds of a factor allow. A factor on activation energies shifts the threshold in the march.
 const NEGLIGIBLE_CONVERSION: f64 = 1e-9;
 
-pub(super) fn reactions(material: &Material, duration_s: f64) -> Vec<Reaction<f64>> {
-    let Some(decomposition) = &material.decomposition else { return vec![] };
+pub(super) fn reactions(case: &Case, ply: &case::Ply, duration_s: f64) -> Vec<Reaction<f64>> {
+    let Some(decomposition) = &ply.material.decomposition else { return vec![] };
+    let fastest = match factor_column(case, &ply.name, Property::PreExponential) {
+        0 => 1.0,
+        column => case.factors[column as usize - 1].widest_bounds().1,
+    };
     let total = decomposition.mass_loss();
     let is_chain = decomposition.scheme == ReactionScheme::Consecutive;
     let rows = decomposition.reactions.iter().enumerate();
     rows.map(|(place, reaction)| Reaction {
-        rate_1_s: reaction.pre_exponential_1_s,
+        log_rate_1_s: reaction.pre_exponential_1_s.ln(),
         activation_k: reaction.activation_energy_j_mol / GAS_CONSTANT_J_MOL_K,
         order: reaction.order,
         onset_k: reaction.onset_temperature_k,
-        idle: (reaction.pre_exponential_1_s * duration_s / NEGLIGIBLE_CONVERSION).ln(),
+        idle: reaction.pre_exponential_1_s.ln() + (fastest * duration_s / NEGLIGIBLE_CONVERSION).ln(),
         loss: reaction.mass_loss,
         share: if is_chain { 1.0 } else { reaction.mass_loss / total },
         heat_j_kg: reaction.heat_j_kg,

@@ -8,6 +8,7 @@ use crate::report::braille::{Curve, chart};
 
 /// Usual heating rate and temperature range of thermogravimetry.
 const HEATING_RATE_K_MIN: f64 = 10.0;
+const HALF_CONVERSION_RATES_K_MIN: [f64; 3] = [1.0, 10.0, 100.0];
 const RANGE_K: (f64, f64) = (300.0, 1300.0);
 
 pub(super) fn pores_text(pores: &Pores, provenance: &Provenance) -> String {
@@ -23,6 +24,27 @@ fn pore_values(pores: &Pores) -> String {
         said += &format!(", Forchheimer {:.1e}/m", pores.forchheimer_1_m);
     }
     said
+}
+
+/// The temperatures at which each reaction is half complete: they show a wrong unit or exponent of A or E at once.
+fn half_conversions(decomposition: &Decomposition) -> String {
+    let each_rate = HALF_CONVERSION_RATES_K_MIN.map(|rate| decomposition.half_conversion_temperatures_k(rate / 60.0));
+    let heads: String =
+        HALF_CONVERSION_RATES_K_MIN.iter().map(|rate| format!("{:>14}", format!("{rate} K/min"))).collect();
+    let mut text = format!("  half complete, heated from 300 K, K\n{:>8}{heads}\n", "loss");
+    for (index, reaction) in decomposition.reactions.iter().enumerate() {
+        text += &format!("{:>8.4}", reaction.mass_loss);
+        for found in &each_rate {
+            let cell = match found[index] {
+                Some(at_k) if at_k > 300.0 => format!("{at_k:.0}"),
+                Some(_) => "at once".to_owned(),
+                None => "never".to_owned(),
+            };
+            text += &format!("{cell:>14}");
+        }
+        text.push('\n');
+    }
+    text
 }
 
 pub(super) fn decomposition_text(decomposition: &Decomposition, virgin_kg_m3: f64) -> String {
@@ -45,6 +67,7 @@ pub(super) fn decomposition_text(decomposition: &Decomposition, virgin_kg_m3: f6
         let (order, onset) = (reaction.order, reaction.onset_temperature_k);
         text += &format!("{loss:>8.4}{rate:>12.3e}{energy:>12.1}{order:>8}{onset:>10}{heat:>14}\n");
     }
+    text += &half_conversions(decomposition);
     if let PyrolysisHeat::AbsoluteEnthalpies { virgin_j_kg, reference_k, .. } = decomposition.heat {
         text += &format!("  heat in absolute enthalpies; virgin {} MJ/kg at {reference_k} K\n", 1e-6 * virgin_j_kg);
     }

@@ -350,7 +350,7 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             body: "y[0] = exponential(x[0]); y[1] = logarithm(x[1]); y[2] = power(x[1], x[2]); y[3] = mean_decay(x[3]);
                    y[4] = consumed_share(x[4], x[3], 1.0); y[5] = consumed_share(x[4], x[3], 2.0);
                    y[6] = consumed_share(x[4], x[3], 3.0); y[7] = consumed_share(x[4], x[3], x[7]);
-                   y[8] = arrhenius_rate(Reaction(1e9, x[5], 1.0, 500.0, 80.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
+                   y[8] = arrhenius_rate(Reaction(x[9], x[5], 1.0, 500.0, 80.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
                    y[9] = decay(x[3]);",
             inputs: vec![
                 (-90.0, 90.0),
@@ -362,12 +362,13 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
                 hot,
                 (0.3, 0.9),
                 (5.0, 50.0),
+                (-20.0, 100.0),
             ],
             outputs: 10,
             twin: |x, _, y| {
                 let of = |value: f64| W::scalar(value);
                 let reaction = Reaction {
-                    rate_1_s: of(1e9),
+                    log_rate_1_s: x[9],
                     activation_k: x[5],
                     order: of(1.0),
                     onset_k: of(500.0),
