@@ -95,9 +95,9 @@ impl Ensemble {
 
 /// Sampling method.
 ///
-/// All kinds but `Uniform` draw from a normal distribution with the nominal value as mean and (high − low)/4 as
-/// standard deviation, truncated at the factor bounds. The bounds of a factor with a central nominal value are two
-/// standard deviations away, as in the paper. A nominal value outside the bounds is replaced by the nearer bound.
+/// All kinds but `Uniform` draw from a split normal distribution: its density has its maximum at the nominal value, and
+/// each bound lies two standard deviations of its side away and truncates it. With a central nominal value this is the
+/// normal distribution of the paper. A nominal value outside the bounds is replaced by the nearer bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SamplingKind {
     /// Independent draws.

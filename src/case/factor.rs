@@ -316,11 +316,17 @@ impl Factor {
         }
     }
 
-    /// Standard deviation, a quarter of the width of the side constraints: they lie two standard deviations from their
-    /// middle, as in the paper.
-    pub fn prior_standard_deviation(&self, bounds: Bounds) -> f64 {
+    /// Standard deviations of the prior below and above the nominal value: each bound lies two of them away.
+    pub fn prior_deviations(&self, bounds: Bounds) -> [f64; 2] {
         let (low, high) = self.bounds(bounds);
-        (high - low) / 4.0
+        [(self.nominal - low).max(0.0) / 2.0, (high - self.nominal).max(0.0) / 2.0]
+    }
+
+    /// Standard deviation of the prior, a split normal distribution with these two: the width for linear analyses. A
+    /// quarter of the width of the bounds where the nominal value is their middle.
+    pub fn prior_standard_deviation(&self, bounds: Bounds) -> f64 {
+        let [below, above] = self.prior_deviations(bounds);
+        ((1.0 - std::f64::consts::FRAC_2_PI) * (above - below).powi(2) + above * below).sqrt()
     }
 
     /// The lowest and the highest value that the small or the large side constraints allow.
@@ -339,6 +345,28 @@ mod tests {
             assert_eq!((*property as usize, Property::named(key)), (row, Some(*property)));
         }
         assert_eq!(Property::named("conductance"), None);
+    }
+
+    /// A normal variable restricted to one side of its mean has √(1 − 2/π) of its standard deviation.
+    #[test]
+    fn the_prior_of_an_off_centre_factor_has_a_standard_deviation_on_each_side() {
+        let factor = |nominal: f64, small| Factor {
+            name: "f".to_owned(),
+            group: String::new(),
+            property: Property::Heating,
+            state: None,
+            nominal,
+            small,
+            large: small,
+        };
+        let central = factor(1.0, (0.75, 1.25));
+        assert_eq!(central.prior_deviations(Bounds::Small), [0.125, 0.125]);
+        assert!((central.prior_standard_deviation(Bounds::Small) - 0.125).abs() < 1e-15);
+        let one_sided = factor(1.0, (1.0, 1.3));
+        let [below, above] = one_sided.prior_deviations(Bounds::Small);
+        assert!(below == 0.0 && (above - 0.15).abs() < 1e-15);
+        let expected = 0.15 * (1.0 - 2.0 / std::f64::consts::PI).sqrt();
+        assert!((one_sided.prior_standard_deviation(Bounds::Small) - expected).abs() < 1e-15);
     }
 
     #[test]

@@ -195,10 +195,12 @@ mod tests {
     }
 
     #[test]
-    fn an_off_centre_nominal_value_shifts_the_mean_as_a_truncated_normal_does() {
+    fn the_mean_of_an_off_centre_factor_is_that_of_a_split_normal_distribution() {
         let mean = drawn(SamplingKind::Sobol, 5, 4096).iter().map(|row| row[2]).sum::<f64>() / 4096.0;
-        // σ = 0.05, nominal 0.92, truncated at −0.4 σ and 3.6 σ: mean 0.92 + σ (φ(0.4) − φ(3.6))/(Φ(3.6) − Φ(−0.4)).
-        assert!((mean - (0.92 + 0.05 * (0.368_270 - 0.000_612) / (0.999_841 - 0.344_578))).abs() < 1e-4, "{mean}");
+        // σ is 0.01 below 0.92, with a tenth of the probability, and 0.09 above; the mean of a standard normal variable
+        // between 0 and 2 is (φ(0) − φ(2))/(Φ(2) − 1/2).
+        let half_mean = (0.398_942 - 0.053_991) / 0.477_250;
+        assert!((mean - (0.92 + (0.9 * 0.09 - 0.1 * 0.01) * half_mean)).abs() < 1e-4, "{mean}");
     }
 
     #[test]

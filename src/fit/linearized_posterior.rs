@@ -16,7 +16,7 @@
 use super::identifiability::{CovarianceSummary, covariance_summary};
 use super::interval::NORMAL_95;
 use super::noise_model::{NoiseProcess, ScoreCovariances};
-use super::prior::Prior;
+use super::prior::LinearizedPrior;
 use nalgebra::{DMatrix, DVector};
 
 /// Maximum iterations for the objective scale, and the relative change at which it has converged. Where priors alone
@@ -43,7 +43,7 @@ impl LinearizedPosterior {
     /// noise model, and the numerical error of each residual.
     pub fn new(
         data: &DMatrix<f64>,
-        priors: &[Prior],
+        priors: &[LinearizedPrior],
         scale: f64,
         noise: &NoiseProcess,
         numerical_error: &DVector<f64>,
@@ -82,7 +82,7 @@ impl LinearizedPosterior {
     /// profile and posterior share one objective. Not normal where the data leave no degrees of freedom.
     pub fn objective_scale(
         data: &DMatrix<f64>,
-        priors: &[Prior],
+        priors: &[LinearizedPrior],
         noise: &NoiseProcess,
         numerical_error: &DVector<f64>,
     ) -> f64 {

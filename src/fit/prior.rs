@@ -1,16 +1,26 @@
-//! Prior distributions of variables, as additional residuals `(P − mean)/deviation`.
+//! Prior distributions of variables, as additional residuals `(P − mode)/deviation`.
 
 use super::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
 
-/// Normal prior distribution of one variable.
+/// Split normal prior distribution of one variable: normal on each side of its mode, with a standard deviation of its
+/// own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
     /// Index of the variable.
     pub variable: usize,
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation; above zero.
+    /// The most probable value; the mean where both deviations are equal.
+    pub mode: f64,
+    /// Standard deviations below and above the mode. One may be zero if the bounds of the variable exclude its side.
+    pub deviations: [f64; 2],
+}
+
+/// A prior at a point, to first order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearizedPrior {
+    /// Index of the variable.
+    pub variable: usize,
+    /// Standard deviation on the side of the point.
     pub deviation: f64,
 }
 
@@ -47,7 +57,7 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
             let mut jacobian = tangent.jacobian.resize_vertically(rows + self.priors.len(), 0.0);
             for (index, prior) in self.priors.iter().enumerate() {
                 residuals[rows + index] = prior.residual(point[prior.variable]);
-                jacobian[(rows + index, prior.variable)] = 1.0 / prior.deviation;
+                jacobian[(rows + index, prior.variable)] = 1.0 / prior.deviation(point[prior.variable]);
             }
             Tangent { residuals, jacobian }
         };
@@ -94,9 +104,30 @@ impl<P: LeastSquares> LeastSquares for WeightedProblem<P> {
 }
 
 impl Prior {
-    /// Distance of a value from the mean, in standard deviations.
+    /// Distance of a value from the mode, in standard deviations of its side.
     pub fn residual(&self, value: f64) -> f64 {
-        (value - self.mean) / self.deviation
+        (value - self.mode) / self.deviation(value)
+    }
+
+    /// The standard deviation on the side of a value; at the mode the larger one.
+    pub fn deviation(&self, value: f64) -> f64 {
+        let [below, above] = self.deviations;
+        if value < self.mode {
+            below
+        } else if value > self.mode {
+            above
+        } else {
+            below.max(above)
+        }
+    }
+
+    /// Priors at a point.
+    pub fn linearized(priors: &[Self], point: &DVector<f64>) -> Vec<LinearizedPrior> {
+        let of = |prior: &Self| LinearizedPrior {
+            variable: prior.variable,
+            deviation: prior.deviation(point[prior.variable]),
+        };
+        priors.iter().map(of).collect()
     }
 }
 
@@ -131,11 +162,11 @@ mod tests {
 
     const SAMPLES: usize = 16;
 
-    /// Sixteen readings about 5 and a prior at 6: the fit, and the posterior at a scale of 0.16, the mean square of the
+    /// Sixteen readings about 5 and a prior at 6, three times as wide above as below: the fit, and the posterior at a scale of 0.16, the mean square of the
     /// readings.
     fn fitted(deviation: f64) -> (Fit, LinearizedPosterior) {
         let readings: Vec<f64> = (0..SAMPLES).map(|i| 5.0 + if i % 2 == 0 { 0.4 } else { -0.4 }).collect();
-        let priors = vec![Prior { variable: 0, mean: 6.0, deviation }];
+        let priors = vec![Prior { variable: 0, mode: 6.0, deviations: [deviation, 3.0 * deviation] }];
         let mut problem = WithPriors { problem: Repeated(readings.clone()), priors: priors.clone() };
         let options = Options { tolerance_gradient: 1e-12, tolerance_reduction: 1e-20, ..Options::default() };
         let Ok(fit) = minimize(&mut problem, &DVector::from_element(1, 1.0), &options);
@@ -143,7 +174,8 @@ mod tests {
         let about_mean = DVector::from_iterator(SAMPLES, readings.iter().map(|reading| 5.0 - reading));
         let times = (0..SAMPLES).map(|i| i as f64).collect();
         let noise = NoiseProcess::estimate(&about_mean, &data, &[times]);
-        let posterior = LinearizedPosterior::new(&data, &priors, 0.16, &noise, &DVector::zeros(SAMPLES));
+        let local = Prior::linearized(&priors, &fit.point);
+        let posterior = LinearizedPosterior::new(&data, &local, 0.16, &noise, &DVector::zeros(SAMPLES));
         (fit, posterior)
     }
 

@@ -25,7 +25,8 @@ use super::work_log::{NoLog, WorkLog};
 use crate::case::{Bounds, Case, LossFunction};
 use crate::fit::interval::{NORMAL_95, lag_one_autocorrelation, residual_variance};
 use crate::fit::{
-    DampingStrategy, GoodnessOfFit, Options, RobustLoss, RobustProblem, WeightedProblem, WithPriors, covariance_summary,
+    DampingStrategy, GoodnessOfFit, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors,
+    covariance_summary,
 };
 use crate::march::{March, Precision};
 use crate::plan::Plan;
@@ -297,7 +298,8 @@ pub(crate) fn estimate_from(
     let mut weighted = tangent.residuals.iter().copied();
     let traces: Vec<Vec<f64>> =
         observed.iter().flatten().map(|trace| weighted.by_ref().take(trace.len()).collect()).collect();
-    let found = data.linearized(&tangent, &priors);
+    let local = Prior::linearized(&priors, &fit.point);
+    let found = data.linearized(&tangent, &local);
     let values: Vec<f64> = fit.point.iter().copied().collect();
     let names: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
     let all: Vec<usize> = (0..factors.len()).collect();
@@ -310,11 +312,11 @@ pub(crate) fn estimate_from(
         &names,
         &all,
         &values,
-        &with_priors(&tangent.jacobian, &priors, data.scale_or_one()),
+        &with_priors(&tangent.jacobian, &local, data.scale_or_one()),
         &flat,
         data.scale_or_one(),
     );
-    let independent_errors = covariance_summary(&with_priors(&tangent.jacobian, &priors, independent), independent);
+    let independent_errors = covariance_summary(&with_priors(&tangent.jacobian, &local, independent), independent);
     let has_effect = has_effect(&tangent.jacobian, &flat, &bounds);
     let known = |(half, has_effect): (f64, &bool)| if *has_effect { half } else { f64::INFINITY };
     let halves: Vec<f64> = found.half_widths().into_iter().zip(&has_effect).map(known).collect();

@@ -31,7 +31,7 @@ fn plate(highest: f64) -> Problem<impl Fn(&[f64]) -> Vec<f64>> {
 }
 
 fn priors(deviation: f64) -> Vec<Prior> {
-    (0..2).map(|variable| Prior { variable, mean: 1.0, deviation }).collect()
+    (0..2).map(|variable| Prior { variable, mode: 1.0, deviations: [deviation; 2] }).collect()
 }
 
 fn optimum<P: LeastSquares>(mut problem: P) -> Vec<f64> {

@@ -103,7 +103,7 @@ fn robust_standard_errors_equal_the_scatter_of_the_estimates() {
 fn a_narrow_prior_determines_its_variable() {
     let mut bits = 11;
     let readings: Vec<f64> = readings(&mut bits, false);
-    let prior = Prior { variable: 1, mean: -3.0, deviation: 1e-3 };
+    let prior = Prior { variable: 1, mode: -3.0, deviations: [1e-3; 2] };
     let inner = RobustProblem { problem: Line(readings), loss: RobustLoss::Huber { width: 1.345 } };
     let mut problem = WithPriors { problem: inner, priors: vec![prior] };
     let Ok(fit) = minimize(&mut problem, &DVector::from_vec(vec![1.0, 1.0]), &exact());

@@ -1,6 +1,6 @@
 //! Errors of an estimation.
 
-use crate::case::Case;
+use crate::case::{Bounds, Case};
 use crate::march::MarchError;
 
 /// Errors of an estimation.
@@ -53,6 +53,24 @@ pub enum EstimateError {
         first: String,
         /// The case.
         case: String,
+    },
+    /// The nominal value of a factor is at a bound of its prior, which then has no width on one side, but the estimate
+    /// may go there.
+    #[error(
+        "factor {factor:?}: its nominal value {nominal} is at one of the {} bounds, at which a prior has two standard \
+         deviations, so that values beyond it have no probability; but the estimate may take values from {} to {}: \
+         use the same bounds for both",
+        prior.name(), bounds.0, bounds.1
+    )]
+    PriorAtBound {
+        /// The factor.
+        factor: String,
+        /// Its nominal value.
+        nominal: f64,
+        /// The bounds of the estimate.
+        bounds: (f64, f64),
+        /// The bounds that define the prior.
+        prior: Bounds,
     },
     /// The march failed or was cancelled.
     #[error(transparent)]

@@ -4,7 +4,7 @@
 //! estimate away from the data, which would lower the weight of the data and pull the estimate further.
 
 use crate::case::Case;
-use crate::fit::{Fit, LinearizedPosterior, NoiseProcess, Prior, RobustLoss, Tangent};
+use crate::fit::{Fit, LinearizedPosterior, LinearizedPrior, NoiseProcess, Prior, RobustLoss, Tangent};
 use crate::plan::Plan;
 use crate::study::thermocouple_residuals::Sample;
 use nalgebra::{DMatrix, DVector};
@@ -42,8 +42,9 @@ impl Likelihood {
         // A fit removes p directions, in which the noise is `strength` times as strong, but at most half of the
         // noise.
         let left = (n as f64 - p as f64 * strength).max(n as f64 / 2.0);
+        let priors = Prior::linearized(priors, &fit.point);
         Self {
-            scale: LinearizedPosterior::objective_scale(&jacobian, priors, &noise, &numerical_error),
+            scale: LinearizedPosterior::objective_scale(&jacobian, &priors, &noise, &numerical_error),
             stiffness: loss.mean_influence_derivative(&residuals),
             variance: pseudo.norm_squared() / left,
             effective_samples,
@@ -72,7 +73,7 @@ impl Likelihood {
     }
 
     /// Linearised posterior of data and priors at the end of a fit.
-    pub(super) fn linearized(&self, tangent: &Tangent, priors: &[Prior]) -> LinearizedPosterior {
+    pub(super) fn linearized(&self, tangent: &Tangent, priors: &[LinearizedPrior]) -> LinearizedPosterior {
         LinearizedPosterior::new(&tangent.jacobian, priors, self.scale_or_one(), &self.noise, &self.numerical_error)
     }
 
@@ -102,7 +103,7 @@ pub(super) fn has_effect(jacobian: &DMatrix<f64>, samples: &[Sample], bounds: &[
 
 /// Jacobian of the data stacked on that of the priors. The prior rows are multiplied by the square root of `variance`,
 /// which is then the variance of all rows.
-pub(super) fn with_priors(jacobian: &DMatrix<f64>, priors: &[Prior], variance: f64) -> DMatrix<f64> {
+pub(super) fn with_priors(jacobian: &DMatrix<f64>, priors: &[LinearizedPrior], variance: f64) -> DMatrix<f64> {
     let samples = jacobian.nrows();
     let mut stacked = jacobian.clone().resize_vertically(samples + priors.len(), 0.0);
     for (place, prior) in priors.iter().enumerate() {

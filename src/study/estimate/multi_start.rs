@@ -64,6 +64,7 @@ impl<'a> MultiStart<'a> {
         let (loss, prior) = common_objective(&cases)?;
         let observed: Vec<Vec<Vec<Sample>>> = runs.iter().map(|(case, plan)| samples(case, plan)).collect();
         check(&cases, &factors, &observed)?;
+        prior.map_or(Ok(()), |prior| check_priors(&factors, prior))?;
         let bounds: Vec<(f64, f64)> = factors.iter().map(|factor| factor.bounds).collect();
         let precision = march.backend().precision;
         let parts = runs.iter().zip(&observed).enumerate().map(|(which, ((case, plan), observed))| {
@@ -187,14 +188,30 @@ fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -
     Ok(())
 }
 
-/// Gaussian priors of the factors, from their side constraints.
+/// Check that the priors do not exclude a part of the bounds: on a side without width the probability is zero.
+fn check_priors(factors: &[Estimand], prior: Bounds) -> Result<(), EstimateError> {
+    for Estimand { factor, bounds: (low, high), .. } in factors {
+        let [below, above] = factor.prior_deviations(prior);
+        if below <= 0.0 && *low < factor.nominal || above <= 0.0 && *high > factor.nominal {
+            return Err(EstimateError::PriorAtBound {
+                factor: factor.name.clone(),
+                nominal: factor.nominal,
+                bounds: (*low, *high),
+                prior,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Split normal priors of the factors, from their side constraints.
 pub(in crate::study) fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> {
     let of = |bounds| {
         let each = factors.iter().enumerate();
         each.map(move |(variable, Estimand { factor, .. })| Prior {
             variable,
-            mean: factor.nominal,
-            deviation: factor.prior_standard_deviation(bounds),
+            mode: factor.nominal,
+            deviations: factor.prior_deviations(bounds),
         })
     };
     prior.map(of).into_iter().flatten().collect()

@@ -83,6 +83,8 @@ pub(super) fn gains_k(
     found: &ParameterEstimates,
     march: &mut dyn March,
 ) -> Result<(Vec<Vec<f64>>, usize), MarchError> {
+    let deviations: Vec<f64> =
+        case.factors.iter().map(|factor| factor.prior_standard_deviation(case.estimate.bounds)).collect();
     let mut case = case.clone();
     for (estimand, &value) in found.factors.iter().zip(&found.values) {
         if let Some(place) = estimand.factor_indices[which] {
@@ -90,8 +92,6 @@ pub(super) fn gains_k(
         }
     }
     let Sensitivity { derivatives_k, marches, .. } = sensitivity(&case, plan, march, None)?;
-    let deviations: Vec<f64> =
-        case.factors.iter().map(|factor| factor.prior_standard_deviation(case.estimate.bounds)).collect();
     let gain_k = |sensor: usize, instant: usize| {
         let moved_k = |(of_factor, deviation): (&Vec<Vec<f64>>, &f64)| deviation * of_factor[sensor][instant];
         let moves_k = derivatives_k.iter().zip(&deviations).map(moved_k).filter(|moved_k| moved_k.is_finite());
