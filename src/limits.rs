@@ -18,7 +18,7 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 34] = [
+pub const LIMITS: [&Limit; 35] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
     &UNPACKED_MIB,
@@ -38,6 +38,7 @@ pub const LIMITS: [&Limit; 34] = [
     &FACTORS,
     &REACTIONS,
     &PROPERTY_DECADES,
+    &LAYUP_TEMPERATURE_K,
     &THICKNESS_RATIO,
     &CELLS,
     &OUTPUT_INTERVALS,
@@ -96,6 +97,9 @@ pub const PROPERTY_DECADES: Limit = Limit { quantity: "powers of ten between a p
 /// Least distance of two temperatures of a property that are not a jump, K. Beyond it directories of rows would exceed
 /// 10 MB.
 pub const TABLE_TEMPERATURE_DISTANCE_K: f64 = 0.005;
+/// The end of all tables: a member that is hotter has diverged. Data loggers write 9.9e37 for an open thermocouple.
+pub const LAYUP_TEMPERATURE_K: Limit =
+    Limit { quantity: "K of a temperature of the layup, stated or measured", max: 4000 };
 /// Depths within a millionth of the layup are equal on the grid.
 pub const THICKNESS_RATIO: Limit = Limit { quantity: "times the thickness of a ply for the layup", max: 1_000_000 };
 /// More cells do not resolve anything that the material properties support.

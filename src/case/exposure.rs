@@ -3,7 +3,7 @@
 use super::air::cold_wall_enthalpy_j_kg;
 use super::table::{Schedule, checked_increasing};
 use super::unit::Dimension;
-use super::validation::{FieldPath, positive};
+use super::validation::{FieldPath, checked_layup_temperature_k};
 
 /// Temperature at which the enthalpy of air is zero, K.
 const AIR_ENTHALPY_ZERO_K: f64 = 298.0;
@@ -122,7 +122,7 @@ impl Face {
 
     fn check(&self, at: &FieldPath<'_>) {
         match self {
-            Self::Held(temperature_k) => temperature_k.check(at, Dimension::Temperature),
+            Self::Held(temperature_k) => temperature_k.check(at, Dimension::LayupTemperature),
             Self::Open(open) => open.check(at),
         }
     }
@@ -218,7 +218,7 @@ impl Exposure {
         let mut last_m = f64::NEG_INFINITY;
         initial.require_each(&self.initial_k, |&(depth_m, temperature_k)| {
             last_m = checked_increasing("depth", last_m, depth_m, false)?;
-            positive(temperature_k, format_args!("a temperature of {temperature_k} K"))
+            checked_layup_temperature_k(temperature_k)
         });
         at.child("pressure_pa").require(self.pressure_pa.check_pressure());
         at.child("back_pressure_pa").require(self.back_pressure_pa.as_ref().map_or(Ok(()), Schedule::check_pressure));

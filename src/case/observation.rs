@@ -1,7 +1,8 @@
 //! Measured temperatures of a sensor.
 
 use super::table::checked_increasing;
-use super::validation::{FieldPath, checked_index, not_negative, positive};
+use super::validation::{FieldPath, checked_index, checked_layup_temperature_k, not_negative};
+use crate::limits::LAYUP_TEMPERATURE_K;
 
 /// A sensor's measured trace.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +19,13 @@ pub struct Observation {
     /// Time window of this sensor, s, if it differs from the common one: for example until a thermocouple came loose.
     pub window_s: Option<(f64, f64)>,
 }
+
+/// A rule for a number in K.
+type Rule = fn(f64) -> Result<f64, String>;
+
+/// Standard deviations of readings, K: far finer than any instrument, and as wide as all temperatures. Squares of
+/// residuals in units beyond them leave the range of numbers.
+const SIGMAS_K: (f64, f64) = (1e-6, LAYUP_TEMPERATURE_K.max as f64);
 
 /// A time window that starts before the end of the exposure, s.
 pub(super) fn checked_window_s((start_s, end_s): (f64, f64), duration_s: f64) -> Result<(f64, f64), String> {
@@ -52,6 +60,16 @@ impl Observation {
         Err(format!("no sample of {sensor:?} between {start_s} s and {end_s} s: it has {count} samples{span}"))
     }
 
+    /// The standard deviation of a reading, K.
+    pub(super) fn checked_sigma_k(sigma_k: f64) -> Result<f64, String> {
+        let (least_k, most_k) = SIGMAS_K;
+        if (least_k..=most_k).contains(&sigma_k) {
+            return Ok(sigma_k);
+        }
+        let found = format!("{sigma_k:e}");
+        Err(format!("expected a standard deviation from {least_k:e} K to {most_k} K, found {found} K"))
+    }
+
     /// The time of the first sample, at least zero, s.
     pub(super) fn checked_first_s(first_s: f64) -> Result<f64, String> {
         if first_s >= 0.0 {
@@ -77,13 +95,17 @@ impl Observation {
             }
             Ok(())
         });
-        for (name, values) in [("temperatures_k", &self.temperatures_k), ("sigma_k", &self.sigma_k)] {
+        let fields: [(_, _, Rule); 2] = [
+            ("temperatures_k", &self.temperatures_k, checked_layup_temperature_k),
+            ("sigma_k", &self.sigma_k, Self::checked_sigma_k),
+        ];
+        for (name, values, rule) in fields {
             let field = at.child(name);
             if values.len() != self.times_s.len() {
                 let (found, requested) = (values.len(), self.times_s.len());
                 field.error(format!("expected one value for each of {requested} times, found {found}"));
             }
-            field.require_each(values, |&value| positive(value, format_args!("{value} K")));
+            field.require_each(values, |&value| rule(value));
         }
         if let Some(window_s) = self.window_s {
             let window = at.child("window_s");

@@ -1,7 +1,7 @@
 //! Piecewise-linear functions: a property over temperature, and a schedule over time.
 
 use super::unit::Dimension;
-use super::validation::{FieldPath, finite, positive};
+use super::validation::{FieldPath, finite, positive, readable};
 use crate::limits::{PROPERTY_DECADES, TABLE_TEMPERATURE_DISTANCE_K};
 
 /// Behaviour of a table outside the temperatures of its points.
@@ -269,7 +269,7 @@ impl Schedule {
     /// Record the first value that a quantity of this dimension cannot have.
     pub(super) fn check(&self, at: &FieldPath<'_>, dimension: Dimension) {
         if let Some(value) = self.values.iter().find(|value| !dimension.is_allowed(**value)) {
-            at.error(format!("{value} K is {}", dimension.violation()));
+            at.error(format!("{} K is {}", readable(*value), dimension.violation(*value)));
         }
     }
 

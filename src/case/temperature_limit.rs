@@ -1,6 +1,6 @@
 //! Temperature limits of plies, interfaces and sensors.
 
-use super::validation::{FieldPath, checked_index};
+use super::validation::{FieldPath, checked_index, checked_layup_temperature_k};
 use super::{Layup, Sensor};
 
 /// The highest temperature that a part of a case may reach.
@@ -56,7 +56,7 @@ impl LimitedPart {
 impl TemperatureLimit {
     /// Record all errors of the fields.
     pub(super) fn check(&self, at: &FieldPath<'_>, plies: usize, sensors: usize) {
-        at.positive("limit_k", self.limit_k);
+        at.child("limit_k").require(checked_layup_temperature_k(self.limit_k));
         at.child("part").require(match self.part {
             LimitedPart::Ply(ply) => checked_index(ply, plies, "ply"),
             LimitedPart::Interface(ply) => checked_index(ply, plies.saturating_sub(1), "interface"),

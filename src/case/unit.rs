@@ -6,6 +6,8 @@
 //! NIST SP 811, appendix B, for inch, foot, pound, pound-force, degree Rankine, BTU (IT), calorie (thermochemical) and
 //! torr), or products of such factors.
 
+use crate::limits::LAYUP_TEMPERATURE_K;
+
 /// Physical dimension and kind of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -16,6 +18,8 @@ pub enum Dimension {
     Time,
     /// K, on the absolute scale: `20 degC` is 293.15 K.
     Temperature,
+    /// K, on the absolute scale, of a point of the layup: at most the end of all tables.
+    LayupTemperature,
     /// K, on the absolute scale: radiative surroundings, possibly space at 0 K.
     Surroundings,
     /// K: `2 degC` is 2 K.
@@ -69,7 +73,7 @@ impl Dimension {
         match self {
             Self::Length => "a length such as \"0.51 mm\"",
             Self::Time => "a time such as \"41 s\"",
-            Self::Temperature => "a temperature such as \"300 K\"",
+            Self::Temperature | Self::LayupTemperature => "a temperature such as \"300 K\"",
             Self::Surroundings => "a temperature such as \"300 K\", or \"0 K\" for space",
             Self::TemperatureDifference => "a temperature difference such as \"2 K\"",
             Self::Pressure => "a pressure such as \"8.01 kPa\"",
@@ -98,7 +102,9 @@ impl Dimension {
         match self {
             Self::Length => [0, 1, 0, 0, 0],
             Self::Time => [0, 0, 1, 0, 0],
-            Self::Temperature | Self::Surroundings | Self::TemperatureDifference => [0, 0, 0, 1, 0],
+            Self::Temperature | Self::LayupTemperature | Self::Surroundings | Self::TemperatureDifference => {
+                [0, 0, 0, 1, 0]
+            }
             Self::Pressure => [1, -1, -2, 0, 0],
             Self::HeatFlux => [1, 0, -3, 0, 0],
             Self::Conductance => [1, 0, -3, -1, 0],
@@ -125,14 +131,21 @@ impl Dimension {
     pub fn is_allowed(self, value: f64) -> bool {
         match self {
             Self::Temperature => value > 0.0,
+            Self::LayupTemperature => value > 0.0 && value <= LAYUP_TEMPERATURE_K.max as f64,
             Self::Surroundings => value >= 0.0,
             _ => true,
         }
     }
 
     /// The reason why a value is not allowed.
-    pub fn violation(self) -> &'static str {
-        if self == Self::Surroundings { "below absolute zero" } else { "not above absolute zero" }
+    pub fn violation(self, value: f64) -> String {
+        match self {
+            Self::Surroundings => "below absolute zero".to_owned(),
+            Self::LayupTemperature if value > 0.0 => {
+                format!("above {} K, the highest temperature of a march", LAYUP_TEMPERATURE_K.max)
+            }
+            _ => "not above absolute zero".to_owned(),
+        }
     }
 
     /// The name of the quantity with these exponents: `a length`.
@@ -257,7 +270,7 @@ pub fn parse_quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
         return Err(format!("not a finite number in SI: expected {expected}, found {text:?}"));
     }
     if !dimension.is_allowed(value) {
-        return Err(format!("{}: expected {expected}, found {text:?}", dimension.violation()));
+        return Err(format!("{}: expected {expected}, found {text:?}", dimension.violation(value)));
     }
     Ok(value)
 }
@@ -279,8 +292,10 @@ pub fn unit_conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), S
         ));
     }
     let offset = match (dimension, unit) {
-        (Dimension::Temperature | Dimension::Surroundings, "degC" | "°C") => 273.15,
-        (Dimension::Temperature | Dimension::Surroundings, "degF" | "°F") => 459.67 / 1.8,
+        (Dimension::Temperature | Dimension::LayupTemperature | Dimension::Surroundings, "degC" | "°C") => 273.15,
+        (Dimension::Temperature | Dimension::LayupTemperature | Dimension::Surroundings, "degF" | "°F") => {
+            459.67 / 1.8
+        }
         _ => 0.0,
     };
     Ok((scale, offset))

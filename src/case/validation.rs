@@ -4,6 +4,7 @@
 //! the value, [`CaseBuilder::build`](super::CaseBuilder::build) under the path of the field.
 
 use super::error::{Diagnostics, SourceLocation};
+use super::unit::Dimension;
 use std::fmt::Display;
 
 /// Errors recorded per list of numbers: more would not help the reader.
@@ -14,6 +15,11 @@ pub(super) fn finite(value: f64, shown: impl Display) -> Result<f64, String> {
     if value.is_finite() { Ok(value) } else { Err(format!("expected a finite number, found {shown}")) }
 }
 
+/// A number as text, with an exponent where it would have many digits.
+pub(super) fn readable(value: f64) -> String {
+    if value.abs() < 1e10 { value.to_string() } else { format!("{value:e}") }
+}
+
 /// A finite number above zero.
 pub(super) fn positive(value: f64, shown: impl Display) -> Result<f64, String> {
     if finite(value, &shown)? > 0.0 { Ok(value) } else { Err(format!("expected a value above 0, found {shown}")) }
@@ -22,6 +28,16 @@ pub(super) fn positive(value: f64, shown: impl Display) -> Result<f64, String> {
 /// A finite number of at least zero.
 pub(super) fn not_negative(value: f64, shown: impl Display) -> Result<f64, String> {
     if finite(value, &shown)? >= 0.0 { Ok(value) } else { Err(format!("expected 0 or more, found {shown}")) }
+}
+
+/// A temperature that a point of the layup may have, K.
+pub(super) fn checked_layup_temperature_k(temperature_k: f64) -> Result<f64, String> {
+    positive(temperature_k, format_args!("a temperature of {temperature_k} K"))?;
+    if Dimension::LayupTemperature.is_allowed(temperature_k) {
+        return Ok(temperature_k);
+    }
+    let (found, violation) = (readable(temperature_k), Dimension::LayupTemperature.violation(temperature_k));
+    Err(format!("{found} K is {violation}"))
 }
 
 /// Text that is neither empty nor white space.

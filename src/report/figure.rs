@@ -214,12 +214,21 @@ pub(super) fn sequential_colour(t: f64) -> (u8, u8, u8) {
     interpolate_colour(STOPS[below], STOPS[below + 1], place - below as f64)
 }
 
+/// Most decades of a log axis with a tick at every power of ten.
+const MAX_DECADES: f64 = 12.0;
+
 /// Decimal logarithms of the ticks of a log axis: 1, 2 and 5 of each decade over fewer than four decades, else powers
-/// of ten.
+/// of ten, over many decades some of them; none where an end is not finite.
 pub(super) fn log_ticks(low: f64, high: f64) -> Vec<f64> {
+    // The range of numbers has 617 decades.
+    if !(low.abs() < 1e3 && high.abs() < 1e3) {
+        return Vec::new();
+    }
     let digits: &[f64] = if high - low < 4.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let spacing = ((high - low) / MAX_DECADES).ceil().max(1.0) as usize;
     let powers = low.floor() as i32..=high.ceil() as i32;
     powers
+        .step_by(spacing)
         .flat_map(|power| digits.iter().map(move |digit| f64::from(power) + digit.log10()))
         .filter(|place| (low..=high).contains(place))
         .collect()

@@ -176,10 +176,7 @@ fn surroundings(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Re
 
 fn convective_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
     let film = section.required("heat_transfer_coefficient", Dimension::Conductance.name_and_example());
-    let film_w_m2_k = film.and_then(|written| {
-        let film = schedules.read_not_negative(written, Dimension::Conductance)?;
-        if film.acts() { Ok(film) } else { Err(written.error("expected a value above 0, found 0")) }
-    });
+    let film_w_m2_k = film.and_then(|written| schedules.read_not_negative(written, Dimension::Conductance));
     let gas = section.required("gas", Dimension::Temperature.name_and_example());
     let gas_k = gas.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
@@ -213,7 +210,9 @@ fn cooled_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> Rea
 }
 
 fn holder_face(section: &TableReader<'_>, schedules: &ScheduleReader<'_>) -> ReadResult<OpenFace> {
-    let film_w_m2_k = section.positive("conductance", Dimension::Conductance).map(Schedule::constant);
+    let conductance = section.required("conductance", Dimension::Conductance.name_and_example());
+    let film_w_m2_k =
+        conductance.and_then(|written| written.not_negative(Dimension::Conductance)).map(Schedule::constant);
     let temperature = section.required("temperature", Dimension::Temperature.name_and_example());
     let gas_k = temperature.and_then(|written| schedules.read(written, Dimension::Temperature));
     Ok(OpenFace { film_w_m2_k: film_w_m2_k?, gas_k: gas_k?, ..OpenFace::insulated() })

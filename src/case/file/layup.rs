@@ -303,7 +303,7 @@ pub(super) fn limits(
         written.map(move |(key, written)| (index, key == LIMIT_BELOW, written))
     });
     let of_plies = of_plies.map(|(index, is_below, written)| {
-        let limit_k = written.positive(Dimension::Temperature);
+        let limit_k = written.quantity(Dimension::LayupTemperature);
         if is_below && index + 1 == plies.len() {
             return Err(written.error("`limit_below` needs a ply below: this is the last one"));
         }
@@ -317,7 +317,7 @@ pub(super) fn limits(
     });
     let sensors = tables(case, "sensor")?;
     let of_sensors = sensors.iter().enumerate().filter_map(|(index, section)| {
-        let limit_k = section.optional(LIMIT)?.positive(Dimension::Temperature);
+        let limit_k = section.optional(LIMIT)?.quantity(Dimension::LayupTemperature);
         Some(limit_k.map(|limit_k| Some(TemperatureLimit { part: LimitedPart::Sensor(index), limit_k })))
     });
     Ok(collect_all(of_plies.chain(of_sensors))?.into_iter().flatten().collect())

@@ -367,7 +367,7 @@ fn paper_figures(top: &TableReader<'_>) -> ReadResult<Vec<(String, Vec<usize>)>>
 
 /// `[resolution]`; without cells and time steps both are adapted to the tolerance.
 fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) -> ReadResult<Resolution> {
-    let standard = Resolution::for_plies(plies);
+    let standard = Resolution::for_run(plies, duration_s.unwrap_or(0.0));
     let Some(written) = top.optional("resolution") else {
         return Ok(standard);
     };

@@ -61,8 +61,11 @@ pub(super) fn observations(
     if let Some(written) = of_all.filter(|_| found.iter().all(|(name, _)| has_own(name))) {
         return Err(written.error("`sigma` applies to no sensor: every observed sensor has its own"));
     }
-    if let (Some(file), Some(_)) = (file, chosen_time) {
-        note_earlier_samples(&found, file, references);
+    if let Ok(duration_s) = duration_s {
+        found.iter_mut().for_each(|(_, (observation, _))| undo_rounding(&mut observation.times_s, duration_s));
+    }
+    if let Some(file) = file {
+        note_unread_samples(&found, file, references, duration_s.unwrap_or(f64::INFINITY), chosen_time.is_some());
     }
     collect_all(found.into_iter().map(|(name, observation)| {
         let end_s = duration_s.unwrap_or(f64::INFINITY);
@@ -137,7 +140,7 @@ impl<'a> SensorEntry<'a> {
         };
         let sigma_k = self.sigma_k.or(sigma_k);
         let sigma_k = sigma_k.ok_or_else(|| samples.error("missing standard deviation: expected a key `sigma`"))?;
-        let (times_s, temperatures_k) = points(samples, Dimension::Temperature, false)?;
+        let (times_s, temperatures_k) = points(samples, Dimension::LayupTemperature, false)?;
         let sigma_k = vec![sigma_k; times_s.len()];
         let (rows, span_s) = (times_s.len(), (times_s[0], times_s[times_s.len() - 1]));
         let observation = Observation { sensor: self.sensor, times_s, temperatures_k, sigma_k, window_s: None };
@@ -153,7 +156,7 @@ impl<'a> SensorEntry<'a> {
 }
 
 fn sigma(written: ValueReader<'_>) -> ReadResult<f64> {
-    written.positive(Dimension::TemperatureDifference)
+    written.require(Observation::checked_sigma_k(written.quantity(Dimension::TemperatureDifference)?))
 }
 
 /// The index of the sensor of a name; 0 without valid sensors.
@@ -291,7 +294,8 @@ impl ColumnsToRead<'_, '_> {
         file: ValueReader<'_>,
     ) -> ReadResult<Recorded> {
         let diagnostics = file.diagnostics();
-        let (times_s, temperatures_k) = table.time_series(time, column, Dimension::Temperature, false, diagnostics)?;
+        let (times_s, temperatures_k) =
+            table.time_series(time, column, Dimension::LayupTemperature, false, diagnostics)?;
         let mut others = table.value_columns(time);
         let spread = others.find(|(_, other)| other.strip_suffix("_sigma") == Some(name)).map(|(index, _)| index);
         let own_k = self.own.iter().find(|own| own.name == name).and_then(|own| own.sigma_k);
@@ -301,9 +305,10 @@ impl ColumnsToRead<'_, '_> {
                 let spread = ChosenColumn { index, conversion: None };
                 let difference = Dimension::TemperatureDifference;
                 let (at_s, sigmas_k) = table.time_series(time, spread, difference, false, diagnostics)?;
-                let bad = at_s.iter().zip(&sigmas_k).find(|(_, sigma_k)| **sigma_k <= 0.0);
-                if let Some((time_s, sigma_k)) = bad {
-                    let message = format!("expected a standard deviation above 0 K, found {sigma_k} K at {time_s} s");
+                let rule = |(time_s, sigma_k): (&f64, &f64)| {
+                    Observation::checked_sigma_k(*sigma_k).map_err(|message| format!("{message} at {time_s} s"))
+                };
+                if let Some(message) = at_s.iter().zip(&sigmas_k).find_map(|sample| rule(sample).err()) {
                     return Err(table.error(index, diagnostics, message));
                 }
                 if at_s != times_s {
@@ -353,15 +358,45 @@ fn recorded_channel(
     }
 }
 
-/// Note the samples before the start of the exposure, which are not read.
-fn note_earlier_samples(found: &[(String, Recorded)], file: ValueReader<'_>, references: &ReferenceResolver<'_>) {
-    let earlier = |(_, (observation, _)): &(_, Recorded)| observation.times_s.partition_point(|&time_s| time_s < 0.0);
-    let most = found.iter().map(earlier).max().unwrap_or(0);
-    if let (1.., Ok(path)) = (most, file.text()) {
-        let samples = if most == 1 { "sample" } else { "samples" };
-        let message = format!("{most} {samples} of a sensor before 0 s not read");
-        file.diagnostics().record_note(&SourceLocation::without_line(references.label(path)), message);
+/// A sample that misses the start or the end of the exposure by less than this share of the duration is at it: times
+/// in minutes or hours are rounded.
+const TIME_ROUNDING: f64 = 1e-6;
+
+/// Move samples that miss the start or the end of the exposure by rounding onto it.
+fn undo_rounding(times_s: &mut [f64], duration_s: f64) {
+    let close_s = TIME_ROUNDING * duration_s;
+    for limit_s in [0.0, duration_s] {
+        let beside = times_s.partition_point(|&time_s| time_s < limit_s - close_s)
+            ..times_s.partition_point(|&time_s| time_s <= limit_s + close_s);
+        if let [time_s] = &mut times_s[beside] {
+            *time_s = limit_s;
+        }
     }
+}
+
+/// Note the samples that are not read: those after the end of the exposure, and with `drops_earlier` those before its
+/// start, which are an error without it.
+fn note_unread_samples(
+    found: &[(String, Recorded)],
+    file: ValueReader<'_>,
+    references: &ReferenceResolver<'_>,
+    duration_s: f64,
+    drops_earlier: bool,
+) {
+    let Ok(path) = file.text() else { return };
+    let note = |most: Option<usize>, beyond: String| {
+        if let Some(most @ 1..) = most {
+            let samples = if most == 1 { "sample" } else { "samples" };
+            let message = format!("{most} {samples} of a sensor {beyond} not read");
+            file.diagnostics().record_note(&SourceLocation::without_line(references.label(path)), message);
+        }
+    };
+    let times_s = || found.iter().map(|(_, (observation, _))| &observation.times_s);
+    if drops_earlier {
+        note(times_s().map(|times_s| times_s.partition_point(|&at_s| at_s < 0.0)).max(), "before 0 s".to_owned());
+    }
+    let later = times_s().map(|times_s| times_s.len() - times_s.partition_point(|&time_s| time_s <= duration_s));
+    note(later.max(), format!("after {duration_s} s, the end of the exposure,"));
 }
 
 /// The samples up to the end of the exposure, and with `drops_earlier` from its start. The channel takes the others.

@@ -12,7 +12,7 @@ use crate::case::pyrometer_driver::ObservedFace;
 use crate::case::smoothed_driver::{SmoothedSeries, smoothed};
 use crate::case::table;
 use crate::case::unit::Dimension;
-use crate::case::{PyrometerDriver, Schedule, SmoothedDriver};
+use crate::case::{Observation, PyrometerDriver, Schedule, SmoothedDriver};
 use std::cell::Cell;
 
 /// Times closer than this fraction of the duration are equal, as in a march.
@@ -92,7 +92,7 @@ impl ScheduleReader<'_> {
     /// The temperature of a held face. With a key `noise` it is smoothed, and the measured one is recorded; with a key
     /// `pyrometer` it follows from readings.
     pub(super) fn driver(&self, written: ValueReader<'_>, is_hot_face: bool) -> ReadResult<Schedule> {
-        self.read_measured(written, Dimension::Temperature, Some(is_hot_face))
+        self.read_measured(written, Dimension::LayupTemperature, Some(is_hot_face))
     }
 
     /// [`read`](Self::read), with the keys `noise` and `pyrometer` for the temperature of a held face.
@@ -117,7 +117,10 @@ impl ScheduleReader<'_> {
         let noise = held_face.and_then(|is_hot_face| Some((is_hot_face, section.optional("noise")?)));
         let pyrometer = held_face.and_then(|is_hot_face| Some((is_hot_face, section.optional("pyrometer")?)));
         let observed = pyrometer.map(|(is_hot_face, written)| observed_face(written, is_hot_face)).transpose();
-        let noise_k = noise.map(|(_, noise)| noise.positive(Dimension::TemperatureDifference)).transpose();
+        let noise_k = noise.map(|(_, noise)| {
+            noise.require(Observation::checked_sigma_k(noise.quantity(Dimension::TemperatureDifference)?))
+        });
+        let noise_k = noise_k.transpose();
         section.deny_unknown_keys();
         let of_file = [("column", column), ("time", time), ("unit", unit)];
         let of_file = of_file.into_iter().find_map(|(key, written)| Some((key, written?)));
@@ -277,14 +280,14 @@ pub(super) struct InitialTemperature<'a> {
 impl<'a> InitialTemperature<'a> {
     pub(super) fn read(written: ValueReader<'a>) -> ReadResult<Self> {
         let depths = |written| {
-            let (depths_m, values) = increasing_points(written, Dimension::Length, Dimension::Temperature, false)?;
+            let (depths_m, values) = increasing_points(written, Dimension::Length, Dimension::LayupTemperature, false)?;
             Ok(depths_m.into_iter().zip(values).collect())
         };
         if written.is_list() {
             return Ok(Self { points: depths(written)?, must_cover: Some(written) });
         }
         if !written.is_table() {
-            return Ok(Self { points: vec![(0.0, written.quantity(Dimension::Temperature)?)], must_cover: None });
+            return Ok(Self { points: vec![(0.0, written.quantity(Dimension::LayupTemperature)?)], must_cover: None });
         }
         let section = written.section()?;
         let points = section.required("points", "pairs such as [[\"0 mm\", \"300 K\"], [\"5 mm\", \"310 K\"]]");

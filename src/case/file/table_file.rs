@@ -23,6 +23,7 @@ use crate::case::error::{Diagnostics, ErrorReported, ReadResult, SourceLocation}
 use crate::case::suggestion::suggestion;
 use crate::case::table::is_increasing;
 use crate::case::unit::{Dimension, is_unit, unit_conversion};
+use crate::case::validation::readable;
 use crate::limits::{COLUMNS, TABLE_CELLS, TABLE_FILE_MIB};
 use dialect::{Dialect, NOT_FINITE};
 #[cfg(feature = "xlsx")]
@@ -457,8 +458,10 @@ impl TableFile {
                 let message = format!("times {rule}: {time_s} s follows {last_s} s");
                 diagnostics.record(&self.cell_location(row, time), message)
             } else if !dimension.is_allowed(si_value) {
-                diagnostics
-                    .record(&self.cell_location(row, column), format!("{si_value} K is {}", dimension.violation()))
+                diagnostics.record(
+                    &self.cell_location(row, column),
+                    format!("{} K is {}", readable(si_value), dimension.violation(si_value)),
+                )
             } else {
                 last_s = time_s;
                 times_s.push(time_s);

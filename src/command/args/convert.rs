@@ -357,7 +357,7 @@ fn sized_ply(ply: &str, requirement: &RequirementArgs, sweep: &SweepArgs, case: 
             input(format!("--limit {text:?}: {expected}"))
         })?,
         Some((_, Some((part, limit)))) => {
-            let limit_k = dimensional(limit.trim_start_matches('='), Dimension::Temperature, "--limit")?;
+            let limit_k = dimensional(limit.trim_start_matches('='), Dimension::LayupTemperature, "--limit")?;
             SizeOptions::new(ply, part.trim(), limit_k)
         }
     };

@@ -97,6 +97,13 @@ mod tests {
     }
 
     #[test]
+    fn a_log_axis_over_the_whole_range_of_numbers_has_few_ticks_and_one_without_an_end_has_none() {
+        assert!((5..=14).contains(&log_ticks(-323.0, 308.0).len()));
+        assert_eq!(log_ticks(f64::NEG_INFINITY, 3.0), Vec::<f64>::new());
+        assert_eq!(log_ticks(-3.0, f64::INFINITY), Vec::<f64>::new());
+    }
+
+    #[test]
     fn rows_of_a_matrix_run_downwards() {
         let ruler = AxisCoordinate::new(&Axis::categories("", vec!["a".to_owned(), "b".to_owned()]), (1.5, -0.5));
         assert!(ruler.map(&0.0, (400, 0)) < ruler.map(&1.0, (400, 0)));

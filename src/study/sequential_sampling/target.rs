@@ -63,7 +63,7 @@ impl PrecisionTarget {
             format!("expected a sensor above a temperature, such as P(TC4 > 623 K), found P({inside})")
         })?;
         let sensor = sensor(name.trim(), case)?;
-        let temperature_k = parse_quantity(temperature.trim(), Dimension::Temperature)?;
+        let temperature_k = parse_quantity(temperature.trim(), Dimension::LayupTemperature)?;
         let value = parse_quantity(half_width, Dimension::Fraction)?;
         let is_relative = half_width.ends_with('%');
         if !(value > 0.0 && value < 1.0) {
