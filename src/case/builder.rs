@@ -87,7 +87,7 @@ impl CaseBuilder {
     /// A layup and its exposure at the default resolution; the id is also the name. Add at least one sensor before
     /// [`build`](Self::build).
     pub fn new(id: impl Into<String>, layup: Layup, exposure: Exposure) -> Self {
-        let (id, resolution) = (id.into(), Resolution::for_plies(layup.plies.len()));
+        let (id, resolution) = (id.into(), Resolution::for_run(layup.plies.len(), exposure.duration_s));
         Self {
             name: id.clone(),
             id,

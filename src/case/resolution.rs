@@ -13,6 +13,17 @@ const STEPS_PER_END: f64 = 2.0;
 /// The least number of cells per ply.
 const MIN_CELLS_PER_PLY: usize = 4;
 
+/// Largest steps in a run that nobody stated them for: of half a second, they end at a run of 21 h.
+const LONG_RUN_STEPS: f64 = 150_000.0;
+/// Output intervals of a run longer than the limit of intervals of one second, before the interval is rounded up.
+const LONG_RUN_INTERVALS: f64 = 20_000.0;
+
+/// The next number of the form 1, 2 or 5 times a power of ten.
+fn round_up(value: f64) -> f64 {
+    let decade = 10_f64.powf(value.log10().floor());
+    [1.0, 2.0, 5.0].into_iter().map(|multiple| multiple * decade).find(|round| *round >= value).unwrap_or(10.0 * decade)
+}
+
 /// Resolution in space and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -33,11 +44,20 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// The resolution of a case file without `[resolution]`, for a number of plies: the default, with the fewest cells
-    /// that many plies need.
-    pub fn for_plies(plies: usize) -> Self {
+    /// The resolution of a case file without `[resolution]`: the default, with the fewest cells that many plies need,
+    /// and for runs of many hours with steps and output intervals in proportion to the duration.
+    pub fn for_run(plies: usize, duration_s: f64) -> Self {
         let standard = Self::default();
-        Self { cells: standard.cells.max(MIN_CELLS_PER_PLY * plies), ..standard }
+        let intervals = duration_s / standard.output_interval_s;
+        // A duration that is not valid is refused elsewhere.
+        let is_long = intervals.is_finite() && intervals > OUTPUT_INTERVALS.max as f64;
+        let long_interval_s = round_up(duration_s / LONG_RUN_INTERVALS);
+        Self {
+            cells: standard.cells.max(MIN_CELLS_PER_PLY * plies),
+            max_step_s: standard.max_step_s.max(duration_s / LONG_RUN_STEPS),
+            output_interval_s: if is_long { long_interval_s } else { standard.output_interval_s },
+            ..standard
+        }
     }
 
     /// The number of cells of a layup of `plies` plies.
@@ -138,5 +158,25 @@ impl Default for Resolution {
             max_step_s: 0.5,
             output_interval_s: 1.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_of_any_length_fits_the_limits_of_work_without_a_stated_resolution() {
+        for (hours, plies) in [(0.01, 1), (20.0, 1), (28.0, 3), (336.0, 1), (336.0, 256), (1e6, 256)] {
+            let duration_s = 3600.0 * hours;
+            let resolution = Resolution::for_run(plies, duration_s);
+            let intervals = duration_s / resolution.output_interval_s;
+            assert!(OUTPUT_INTERVALS.check(intervals).is_ok(), "{hours} h: {intervals} intervals");
+            let checked = resolution.check_work(Vec::new(), intervals as usize + 2, duration_s);
+            assert_eq!(checked, Ok(()), "{hours} h of {plies} plies");
+        }
+        // Shorter runs keep the default; one step of it throughout the longest is refused.
+        assert_eq!(Resolution::for_run(3, 3600.0), Resolution::default());
+        assert!(Resolution::default().check_work(Vec::new(), 100, 3600.0 * 336.0).is_err());
     }
 }
