@@ -38,7 +38,7 @@ fn surface_flux(
     enthalpy_slope_j_kg_k: real,
     blown_kg_m2_s: real,
 ) -> SurfaceFlux {
-    let emission = scale.emissivity * emissivity;
+    let emission = min(scale.emissivity * emissivity, 1.0);
     let hot_wall = forcing.hot_wall;
     var convected = scale.heating * forcing.convection;
     if forcing.blowing != 0.0 {

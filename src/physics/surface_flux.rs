@@ -66,7 +66,8 @@ pub fn surface_flux<R: Real>(
     enthalpy_slope_j_kg_k: R,
     blown_kg_m2_s: R,
 ) -> SurfaceFlux<R> {
-    let emission = scale.emissivity * emissivity;
+    // No surface emits more than a black one, whatever a factor or an extrapolated table says.
+    let emission = (scale.emissivity * emissivity).min(R::from_f64(1.0));
     let hot_wall = R::splat(forcing.hot_wall);
     let mut convected = scale.heating * R::splat(forcing.convection);
     if forcing.blowing != R::scalar(0.0) {

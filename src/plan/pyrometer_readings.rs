@@ -77,14 +77,17 @@ impl PyrometerReading {
             let at = place + instant;
             let temperature_k = rows[at];
             let nominal = |temperature_k: f64| self.emissivity.at(temperature_k);
-            let seen =
-                self.radiance.brightness(self.setting, temperature_k, factor * nominal(temperature_k), surroundings);
-            let [above, below] = [SLOPE_STEP_K, -SLOPE_STEP_K].map(|step_k| nominal(temperature_k + step_k));
-            let emissivity_slope_1_k = factor * (above - below) / (2.0 * SLOPE_STEP_K);
+            // As in `surface_flux`.
+            let emissivity = |temperature_k: f64| (factor * nominal(temperature_k)).min(1.0);
+            let seen = self.radiance.brightness(self.setting, temperature_k, emissivity(temperature_k), surroundings);
+            let [above, below] = [SLOPE_STEP_K, -SLOPE_STEP_K].map(|step_k| emissivity(temperature_k + step_k));
+            let emissivity_slope_1_k = (above - below) / (2.0 * SLOPE_STEP_K);
             let by_temperature = seen.by_temperature + seen.by_emissivity_k * emissivity_slope_1_k;
             rows[at] = seen.temperature_k;
             for (index, row) in rows.chunks_exact_mut(row_length).enumerate().skip(1) {
-                let by_factor = if derivative_row == Some(index) { nominal(temperature_k) } else { 0.0 };
+                let is_capped = factor * nominal(temperature_k) > 1.0;
+                let is_by_factor = derivative_row == Some(index) && !is_capped;
+                let by_factor = if is_by_factor { nominal(temperature_k) } else { 0.0 };
                 row[at] = by_temperature * row[at] + seen.by_emissivity_k * by_factor;
             }
         }
