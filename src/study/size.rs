@@ -136,6 +136,21 @@ pub enum SizeError {
     /// The case has no factors.
     #[error("the case has no factors, so a probability is undefined")]
     NoFactors,
+    /// The whole layup starts above the limit.
+    #[error(
+        "{part} starts above its limit: expected a limit of at least {start_k:.1} K, the lowest initial temperature, \
+         found {limit_k:.1} K; no thickness of {ply} and no length of the run helps"
+    )]
+    StartsAboveLimit {
+        /// The part with the limit.
+        part: String,
+        /// The ply.
+        ply: String,
+        /// The lowest initial temperature, K.
+        start_k: f64,
+        /// The limit, K.
+        limit_k: f64,
+    },
     /// The peak does not decrease with thickness.
     #[error(
         "{part} is not cooled by a thicker {ply}: its peak is {thin_k:.1} K at {thin_mm} mm and {thick_k:.1} K at \
@@ -196,6 +211,7 @@ pub(crate) fn size_from(
     if case.factors.is_empty() {
         return Err(SizeError::NoFactors);
     }
+    check_start(case, demand)?;
     let mut limited = case.clone();
     limited.limits = vec![TemperatureLimit { part: demand.part, limit_k: demand.limit_k }];
     let case = &limited;
@@ -324,6 +340,20 @@ impl Sizing {
 fn thickness_grid((low_m, high_m): (f64, f64)) -> Vec<f64> {
     let at = |rung: usize| low_m * (high_m / low_m).powf(rung as f64 / (CURVE_POINTS - 1) as f64);
     (0..CURVE_POINTS).map(|rung| if rung + 1 == CURVE_POINTS { high_m } else { at(rung) }).collect()
+}
+
+/// Require that some part of the layup starts below the limit.
+pub(in crate::study) fn check_start(case: &Case, demand: &SizingRequirement) -> Result<(), SizeError> {
+    let start_k = case.exposure.initial_k.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+    if start_k <= demand.limit_k {
+        return Ok(());
+    }
+    Err(SizeError::StartsAboveLimit {
+        part: demand.part.name(&case.layup, &case.sensors),
+        ply: demand.ply.clone(),
+        start_k,
+        limit_k: demand.limit_k,
+    })
 }
 
 /// Whether the nominal peak falls over the allowed range.

@@ -11,7 +11,7 @@ use crate::study::peak::Peak;
 use crate::study::proportion::quantile_ranks_95;
 use crate::study::size::{
     NominalSizing, RequiredThickness, ScalableCase, SearchStart, SizeError, SizingRequirement, ThicknessMarch,
-    by_reason, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,
+    by_reason, check_start, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,
 };
 use crate::study::work_log::WorkLog;
 use std::collections::BTreeMap;
@@ -25,6 +25,7 @@ pub(super) struct PreparedExposure {
 impl PreparedExposure {
     /// The plan is that of [`size`](crate::study::size::size()), so that the thicknesses are.
     pub(super) fn new(case: &Case, requirement: &SizingRequirement, march: &mut dyn March) -> Result<Self, SizeError> {
+        check_start(case, requirement)?;
         let mut limited = case.clone();
         limited.limits = vec![TemperatureLimit { part: requirement.part, limit_k: requirement.limit_k }];
         let scalable = ScalableCase::new(&limited, &requirement.ply)?;
