@@ -1,5 +1,5 @@
 //! The command `bondline`. Exit codes: 0 success; 1 the run failed (no convergence, too many failed members, a failed
-//! check); 2 wrong input; 3 device error.
+//! check, a result that cannot be used); 2 wrong input; 3 device error.
 
 use std::process::ExitCode;
 

@@ -20,6 +20,7 @@ mod json_serialisation; // cases and answers as JSON, and the fingerprint of a c
 mod landscape; // maps of the objective against minimisations of it
 mod margins; // margins to temperature limits: exact solutions, exact distributions, the command
 mod measured_schedules; // schedules of thousands of noisy rows: cost and accuracy
+mod one_ply; // one ply at the ends of what inputs may say: rates, bounds, emissivity, readings, exit codes
 mod output_instants; // sample times between output instants
 #[cfg(unix)]
 mod outputs; // columns, keys and screens against docs/reference/outputs.md

@@ -2,7 +2,7 @@
 
 use crate::command::args::{MergeArgs, convert};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
-use crate::command::run::{output_text, print_renamed_keys, too_many_failed};
+use crate::command::run::{exit_reason, output_text, print_renamed_keys, too_many_failed};
 use crate::report::files::{OutputFolder, check_writable};
 use crate::session::{self, MissingMembers};
 use crate::study::sweep_piece::equal_piece;
@@ -28,7 +28,8 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     let failure = answers
         .uncertainty
         .as_ref()
-        .and_then(|outcome| too_many_failed(&outcome.failures, outcome.members, merge.max_failed));
+        .and_then(|outcome| too_many_failed(&outcome.failures, outcome.members, merge.max_failed))
+        .or_else(|| exit_reason(&answers));
     Ok(Output { text, failure })
 }
 

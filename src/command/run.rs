@@ -12,7 +12,7 @@ use crate::command::terminal::print_error;
 use crate::report::files::OutputFolder;
 use crate::session::Session;
 use crate::session::{Answers, CancelToken};
-use crate::study::uncertainty::{self, failure_reason};
+use crate::study::uncertainty;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -112,14 +112,18 @@ pub(crate) fn output_path(command: &str, args: &CaseArgs, id: &str) -> PathBuf {
     args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command))
 }
 
-/// The reason for exit code 1: the nominal march failed, or the minimisation did not converge.
-fn exit_reason(answers: &Answers) -> Option<String> {
-    let nominal_failure = answers.nominal.as_ref().and_then(|nominal| failure_reason(&answers.case, &nominal.status));
-    let unconverged = answers.estimated.as_ref().filter(|estimated| !estimated.converged);
-    match (nominal_failure, unconverged) {
-        (Some(reason), _) => Some(format!("the nominal march failed: {reason}")),
-        (None, unconverged) => unconverged.map(|estimated| format!("no convergence: {}", estimated.termination)),
-    }
+/// The reason for exit code 1: the nominal march or the march at the estimate cannot be used, or the minimisation did
+/// not converge.
+pub(crate) fn exit_reason(answers: &Answers) -> Option<String> {
+    let nominal = answers.nominal.as_ref().and_then(|nominal| nominal.unusable_reason(&answers.case));
+    let nominal = nominal.map(|reason| format!("the nominal march {reason}"));
+    let estimated = answers.estimated.as_ref();
+    let unconverged = estimated.filter(|estimated| !estimated.converged);
+    let unconverged = || unconverged.map(|estimated| format!("no convergence: {}", estimated.termination));
+    let fits = || estimated.map(|estimated| estimated.fitted.as_slice()).unwrap_or_default();
+    let cases = std::iter::once(&answers.case).chain(&answers.other_cases);
+    let fitted = || cases.zip(fits()).find_map(|(case, fit)| fit.after.unusable_reason(case));
+    nominal.or_else(unconverged).or_else(|| fitted().map(|reason| format!("the march at the estimate {reason}")))
 }
 
 /// Text for standard output: the summary and the path of the report, or the summary as JSON.

@@ -9,7 +9,7 @@ use super::files::table::NamedFile;
 use super::files::table::{CsvTable, cell};
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::wrap;
+use super::terminal::{Column, aligned, head, wrap};
 use super::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::coverage_study::{CoverageStudy, FactorCoverage};
@@ -168,18 +168,20 @@ fn page(outcome: &CoverageStudy) -> String {
 
 fn on_screen(outcome: &CoverageStudy) -> Vec<String> {
     let mut lines = wrap("", &data_description(outcome));
-    lines.push(format!("{:<15}{:>10}{:>9}{:>9}{:>9}  {}", "factor", "bias", "RMSE", "± 95 %", "on bound", "coverage"));
+    let mut rows = vec![head(["factor", "bias", "RMSE", "± 95 %", "on bound", "coverage"])];
     for factor in &outcome.factors {
-        lines.push(format!(
-            "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
+        rows.push([
             format::truncate(&factor.name, 14),
             format::significant(factor.bias, 2),
             format::significant(factor.rms, 2),
             format::significant(factor.half_width, 2),
             format::count(factor.at_bound),
-            format::proportion(factor.covered)
-        ));
+            format::proportion(factor.covered),
+        ]);
     }
+    let [name, coverage_column] = [(0, 15), (2, 0)].map(|(gap, width)| Column::Left { gap, width });
+    let [bias, rms, half, at_bound] = [10, 9, 9, 9].map(Column::Right);
+    lines.extend(aligned([name, bias, rms, half, at_bound, coverage_column], &rows));
     lines.extend(wrap("", &coverage(outcome)));
     lines
 }

@@ -13,7 +13,7 @@ use super::files::json::JsonObject;
 use super::files::table::NamedFile;
 use super::format::clause;
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::wrap;
+use super::terminal::{Column, aligned, head, wrap};
 use super::{ReportError, format};
 use crate::fit::RobustLoss;
 use crate::study::answers::Answers;
@@ -276,21 +276,20 @@ fn multistart_summary(outcome: &ParameterEstimates) -> Option<String> {
 }
 
 fn on_screen(answers: &Answers, outcome: &ParameterEstimates, room: &ScreenLimits) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{:<20}{:>8}{:>10}{:>10}{:>20}  {}",
-        "factor", "start", "estimate", "std error", "95 % interval", ""
-    )];
+    let mut rows = vec![head(["factor", "start", "estimate", "std error", "95 % interval", ""])];
     for index in 0..outcome.factors.len().min(room.factors) {
-        lines.push(format!(
-            "{:<20}{:>8.3}{:>10.4}{:>10}{:>20}  {}",
+        rows.push([
             format::truncate(&outcome.factors[index].factor.name, 19),
-            outcome.iterations[0].values[index],
-            outcome.values[index],
+            format!("{:.3}", outcome.iterations[0].values[index]),
+            format!("{:.4}", outcome.values[index]),
             standard_error(outcome, index),
             interval_text(outcome, index),
-            if outcome.at_bound[index] { "at bound" } else { "" }
-        ));
+            if outcome.at_bound[index] { "at bound".to_owned() } else { String::new() },
+        ]);
     }
+    let [name, at_bound] = [(0, 20), (2, 0)].map(|(gap, width)| Column::Left { gap, width });
+    let [start, estimate, error, interval] = [8, 10, 10, 20].map(Column::Right);
+    let mut lines = aligned([name, start, estimate, error, interval, at_bound], &rows);
     for profile in outcome.profiles.iter().take(room.factors) {
         let estimand = &outcome.factors[profile.factor];
         let within = format::profile_interval(profile.interval, estimand.bounds);

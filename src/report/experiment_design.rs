@@ -9,7 +9,7 @@ use super::files::table::{CsvTable, NamedFile, cell};
 use super::format::millimetres;
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::wrap;
+use super::terminal::{Column, aligned, head, wrap};
 use super::{ReportError, format};
 use crate::case::Case;
 use crate::fit::optimal_design::{Criterion, Robustness};
@@ -97,12 +97,14 @@ impl Reportable for ExperimentDesign {
     }
 
     fn screen(&self, answers: &Answers, _: &ScreenLimits) -> Vec<String> {
-        let mut lines = vec![format!("{:<24}{:>14}{:>14}", "factor", "expected s.e.", "prior s.d.")];
+        let mut rows = vec![head(["factor", "expected s.e.", "prior s.d."])];
         let errors = &self.scenarios[0].designs[0].standard_errors;
         for ((name, error), prior) in self.request.factors.iter().zip(errors).zip(&self.prior_deviations) {
             let (error, prior) = (format::significant(*error, 3), format::significant(*prior, 3));
-            lines.push(format!("{name:<24}{error:>14}{prior:>14}"));
+            rows.push([name.clone(), error, prior]);
         }
+        let name = Column::Left { gap: 0, width: 24 };
+        let mut lines = aligned([name, Column::Right(14), Column::Right(14)], &rows);
         let text = [Some(finding(answers, self)), against_existing(self)];
         lines.extend(text.into_iter().flatten().flat_map(|text| wrap("", &text)));
         lines

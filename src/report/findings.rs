@@ -3,12 +3,14 @@
 use super::reportable::{self, Finding};
 use super::{format, observations};
 use crate::study::answers::Answers;
+use crate::traces::MemberStatus;
 
 /// All findings: the nominal peak of the deepest sensor and its misfit, the data used, then those of every result.
 pub(super) fn all(answers: &Answers) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut add = |about: &'static str, text: String| found.push(Finding { label: about, text });
-    if let (Some(nominal), Some(sensor)) = (answers.nominal_march(), answers.deepest_sensor()) {
+    let completed = answers.nominal_march().filter(|march| march.status == MemberStatus::Completed);
+    if let (Some(nominal), Some(sensor)) = (completed, answers.deepest_sensor()) {
         let name = answers.sensor_name(&answers.case, sensor);
         let peak = nominal.peaks[sensor];
         add(

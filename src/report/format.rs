@@ -19,6 +19,9 @@ pub(super) fn kelvin(temperature_k: f64) -> String {
 
 /// A time: `78 s`, `78.5 s`, `0.0048 s`.
 pub(super) fn seconds(time_s: f64) -> String {
+    if time_s.is_nan() {
+        return "unknown".to_owned();
+    }
     let is_short = time_s.abs() < 0.05;
     format!("{} s", if is_short { significant(time_s, 2) } else { trim_zeros(grouped(time_s, 1)) })
 }
@@ -76,6 +79,8 @@ pub(super) fn percent_near_limits(share: f64) -> String {
 /// A temperature difference: `0.031 K`, `14.3 K`; below a millikelvin `<0.001 K`.
 pub(super) fn temperature_difference(off_k: f64) -> String {
     match off_k.abs() {
+        unknown if unknown.is_nan() => "unknown".to_owned(),
+        infinite if infinite.is_infinite() => "unbounded".to_owned(),
         tiny if tiny < 1e-3 => "<0.001 K".to_owned(),
         small if small < 1.0 => format!("{} K", significant(off_k, 2)),
         _ => format!("{} K", grouped(off_k, 1)),

@@ -7,6 +7,7 @@ pub(super) use record::write_summary;
 use super::files::table::{CsvTable, NamedFile, cell};
 use super::html::table::{list, table};
 use super::reportable::Finding;
+use super::terminal::{Column, aligned, head};
 use super::{ReportError, format};
 use crate::case::{LimitedPart, TemperatureLimit};
 use crate::study::answers::Answers;
@@ -58,7 +59,9 @@ fn heat_load(answers: &Answers) -> Option<&HeatLoad> {
 /// The part that is closest to its limit, or furthest above it.
 pub(super) fn finding(answers: &Answers, outcome: &Prediction) -> Option<Finding> {
     let rows = rows(answers, outcome);
-    let row = rows.iter().min_by(|a, b| a.nominal.margin_k.total_cmp(&b.nominal.margin_k))?;
+    // A march that failed has no margins.
+    let known = rows.iter().filter(|row| !row.nominal.margin_k.is_nan());
+    let row = known.min_by(|a, b| a.nominal.margin_k.total_cmp(&b.nominal.margin_k))?;
     let side = if row.nominal.margin_k < 0.0 { "above" } else { "below" };
     let nominal = format!(
         "{} peaks at {} nominally, {} {side} its limit of {}",
@@ -315,25 +318,28 @@ pub(super) fn lines(answers: &Answers, outcome: &Prediction) -> Vec<String> {
     order.sort_unstable();
     let swept = first.spread.is_some();
     let (above, bound) = if swept { ("members above limit", "95/99 bound") } else { ("", "") };
-    let mut lines = vec![format!(
-        "{:<9}{:>8}{:>8}{:>8}{:>9} {above:<26}{bound:>11}",
-        "limit of", "limit", "peak", "margin", "exceeded"
-    )];
+    let mut table = vec![head(["limit of", "limit", "peak", "margin", "exceeded", above, bound])];
     for row in order.into_iter().map(|index| &rows[index]) {
         let nominal = row.nominal;
-        let whole = |temperature_k: f64| format!("{} K", format::grouped(temperature_k, 0));
+        let unit = |temperature_k: f64, text: String| if temperature_k.is_nan() { text } else { text + " K" };
+        let whole = |temperature_k: f64| unit(temperature_k, format::grouped(temperature_k, 0));
         let (above, bound) = row.spread.map_or((String::new(), String::new()), |spread| {
             (share_text(spread.exceeding), spread.tolerance_bound_k.map_or("–".to_owned(), whole))
         });
-        lines.push(format!(
-            "{:<9}{:>8}{:>8}{:>8}{:>9} {above:<26}{bound:>11}",
+        let margin_decimals = if nominal.margin_k.abs() < 10.0 { 1 } else { 0 };
+        table.push([
             format::truncate(&row.part, 8),
             whole(row.limit.limit_k),
             whole(nominal.peak.temperature_k),
-            format!("{} K", format::signed(nominal.margin_k, if nominal.margin_k.abs() < 10.0 { 1 } else { 0 })),
-            format::seconds(nominal.time_above_s)
-        ));
+            unit(nominal.margin_k, format::signed(nominal.margin_k, margin_decimals)),
+            format::seconds(nominal.time_above_s),
+            above,
+            bound,
+        ]);
     }
+    let [part, share] = [(0, 9), (1, 26)].map(|(gap, width)| Column::Left { gap, width });
+    let [limit, peak, margin, exceeded, bound] = [8, 8, 8, 9, 11].map(Column::Right);
+    let mut lines = aligned([part, limit, peak, margin, exceeded, share, bound], &table);
     if rows.len() > MAX_SCREEN_ROWS {
         lines.push(format!("{} in report.html", format::counted(rows.len() - MAX_SCREEN_ROWS, "larger margin")));
     }

@@ -74,13 +74,22 @@ pub fn summary(material: &Material) -> String {
     let k: f64 = material.conductivity.parts(AMBIENT_K, PRESSURES_PA[0].0).iter().sum();
     let (low, high) = material.conductivity.range_k();
     let range = if low.is_finite() { format!("tabulated from {low} to {high} K") } else { "constant".to_owned() };
-    format!(
+    let mut text = format!(
         "  {}, {} kg/m³\n  at 300 K and 1 atm: k {k:.4} W/m/K ({range}), c_p {:.0} J/kg/K, ε {:.2}\n",
         material.name,
         density(material),
         material.heat_capacity.at(AMBIENT_K),
         material.emissivity.at(AMBIENT_K),
-    )
+    );
+    let by_pressure = match &material.conductivity {
+        Conductivity::Tables(tables) => tables.as_slice(),
+        Conductivity::ThreePart(_) => &[],
+    };
+    let tables = by_pressure.iter().map(|(_, table)| table).chain([&material.heat_capacity, &material.emissivity]);
+    if tables.into_iter().any(|table| table.outside == OutOfRange::Extrapolate) {
+        text += "  tables that extrapolate: linearly, but not below a tenth of their end values\n";
+    }
+    text + &material.decomposition.as_ref().map_or(String::new(), decomposition::half_conversions)
 }
 
 /// Density to six digits, kg/m³.
@@ -174,7 +183,7 @@ fn table_text(table: &Table, digits: usize) -> String {
     }
     let outside = match table.outside {
         OutOfRange::Clamp => "constant",
-        OutOfRange::Extrapolate => "linear extrapolation",
+        OutOfRange::Extrapolate => "linear extrapolation, at least a tenth of the end value",
         OutOfRange::Error => "an error",
     };
     text + &format!("  outside: {outside}\n\n")

@@ -8,7 +8,7 @@ use super::files::json::JsonObject;
 use super::files::table::NamedFile;
 use super::html::table::{paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::{shown_sensors, wrap};
+use super::terminal::{Column, aligned, head, shown_sensors, wrap};
 use super::{ReportError, format, margins, observations, uncertainty, warnings};
 use crate::study::answers::Answers;
 use crate::study::nominal::{Misfit, Prediction};
@@ -142,20 +142,16 @@ pub(super) fn misfit_cells(misfit: &Misfit) -> [String; 5] {
 }
 
 fn table_on_screen(answers: &Answers, outcome: &Prediction, most: usize) -> Vec<String> {
-    let mut lines = vec![format!("{:<12}{:>22}{:>10}{:>14}{:>14}", "sensor", "peak", "time", "RMSE", "mean error")];
+    let mut rows = vec![head(["sensor", "peak", "time", "RMSE", "mean error"])];
     let (sensors, others) = shown_sensors(answers, most);
     for index in sensors {
         let peak = outcome.peaks[index];
         let (rms, bias) = observations::misfit_text(answers, outcome, index);
-        lines.push(format!(
-            "{:<12}{:>22}{:>10}{:>14}{:>14}",
-            format::truncate(&answers.case.sensors[index].name, 11),
-            format::kelvin(peak.temperature_k),
-            format::seconds(peak.time_s),
-            rms,
-            bias
-        ));
+        let name = format::truncate(&answers.case.sensors[index].name, 11);
+        rows.push([name, format::kelvin(peak.temperature_k), format::seconds(peak.time_s), rms, bias]);
     }
+    let name = Column::Left { gap: 0, width: 12 };
+    let mut lines = aligned([name, Column::Right(22), Column::Right(10), Column::Right(14), Column::Right(14)], &rows);
     lines.extend(others);
     lines
 }

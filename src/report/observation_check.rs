@@ -9,7 +9,7 @@ use super::files::json::JsonObject;
 use super::files::table::{CsvTable, NamedFile};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::wrap;
+use super::terminal::{Column, aligned, head, wrap};
 use super::{ReportError, format};
 use crate::case::Observation;
 use crate::study::answers::Answers;
@@ -65,11 +65,11 @@ impl Reportable for ObservationCheck {
     }
 
     fn screen(&self, answers: &Answers, room: &ScreenLimits) -> Vec<String> {
-        let mut lines = vec![format!(
-            "{:<10}{:>8}{:>5}{:>11}{:>9}{:>9}{:>9}{:>19}",
-            "sensor", "samples", "gaps", "every", "noise", "first", "last", "range, K"
-        )];
-        lines.extend(self.channels.iter().take(room.sensors).map(|channel| screen_row(answers, channel)));
+        let mut rows = vec![head(["sensor", "samples", "gaps", "every", "noise", "first", "last", "range, K"])];
+        rows.extend(self.channels.iter().take(room.sensors).map(|channel| screen_row(answers, channel)));
+        let [samples, gaps, every, noise, first, last, range] = [8, 5, 11, 9, 9, 9, 19].map(Column::Right);
+        let name = Column::Left { gap: 0, width: 10 };
+        let mut lines = aligned([name, samples, gaps, every, noise, first, last, range], &rows);
         if let Some(hidden @ 1..) = self.channels.len().checked_sub(room.sensors) {
             lines.push(format!("{} in report.html", format::counted(hidden, "more sensor")));
         }
@@ -101,18 +101,17 @@ fn range(channel: &Channel) -> String {
     format!("{} to {}", format::grouped(low_k, 1), format::grouped(high_k, 1))
 }
 
-fn screen_row(answers: &Answers, channel: &Channel) -> String {
-    format!(
-        "{:<10}{:>8}{:>5}{:>11}{:>9}{:>9}{:>9}{:>19}",
+fn screen_row(answers: &Answers, channel: &Channel) -> [String; 8] {
+    [
         format::truncate(name(answers, channel), 10),
         format::count(channel.samples),
-        gaps(channel),
+        gaps(channel).to_string(),
         interval(channel),
         noise(channel),
         format::seconds(channel.span_s.0),
         format::seconds(channel.span_s.1),
         range(channel),
-    )
+    ]
 }
 
 /// The drift of every channel before the start.

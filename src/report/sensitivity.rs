@@ -12,7 +12,7 @@ use super::files::tables::{factor_columns, header};
 use super::format::clause;
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::wrap;
+use super::terminal::{Column, aligned, head, wrap};
 use super::warnings::ILL_CONDITIONED;
 use super::{ReportError, format};
 use crate::case::Case;
@@ -140,19 +140,19 @@ fn page(answers: &Answers, outcome: &Sensitivity) -> String {
 }
 
 fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &ScreenLimits) -> Vec<String> {
-    let mut lines = vec![format!("{:<20}{:>14}  {}", "factor", "K per 1 %, rms", "scales")];
+    let mut rows = vec![head(["factor", "K per 1 %, rms", "scales"])];
     let mut order: Vec<usize> = (0..outcome.all.factors.len()).collect();
     order.sort_by(|&a, &b| outcome.all.magnitude_k[b].total_cmp(&outcome.all.magnitude_k[a]));
     for index in order.into_iter().take(room.factors) {
         let factor = &answers.case.factors[outcome.all.factors[index]];
-        lines.push(format!(
-            "{:<20}{:>14}  {}",
+        rows.push([
             format::truncate(&factor.name, 19),
             format::significant(0.01 * outcome.all.magnitude_k[index], 2),
-            format::factor_meaning(factor)
-        ));
+            format::factor_meaning(factor),
+        ]);
     }
-    lines
+    let [name, scales] = [(0, 20), (2, 0)].map(|(gap, width)| Column::Left { gap, width });
+    aligned([name, Column::Right(14), scales], &rows)
 }
 
 fn sensitivities(case: &Case, outcome: &Sensitivity) -> Result<NamedFile, ReportError> {

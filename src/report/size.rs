@@ -10,7 +10,7 @@ use super::files::table::NamedFile;
 use super::format::{millimetres, percent_near_limits};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::wrap;
+use super::terminal::{Column, aligned, wrap};
 use super::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::proportion::{Proportion, draws_for_ten_percent_error};
@@ -316,12 +316,9 @@ fn on_screen(answers: &Answers, outcome: &Sizing) -> Vec<String> {
     let probability = percent_near_limits(outcome.requirement.probability);
     let percent = |counted: Option<Proportion>| counted.map_or("-".to_owned(), format::proportion);
     let mass = |at_m: Option<f64>| at_m.map_or("-".to_owned(), |at_m| areal_mass_text(outcome.mass_kg_m2(at_m)));
-    let row = |of: &str, thickness: String, mass: String, share: String| {
-        format!("{of:<20}{thickness:>17}{mass:>13}  {share}")
-    };
+    let row = |of: &str, thickness: String, mass: String, share: String| [of.to_owned(), thickness, mass, share];
     let title = format!("{} for {}", outcome.requirement.ply, limit_text(answers, outcome));
-    let mut lines = vec![
-        title,
+    let mut rows = vec![
         row("", "thickness".into(), "mass".into(), "members within limit".into()),
         row(
             "stated",
@@ -343,8 +340,11 @@ fn on_screen(answers: &Answers, outcome: &Sizing) -> Vec<String> {
         ),
     ];
     if let Some(margin_m) = outcome.margin_m() {
-        lines.push(row("margin", millimetres(margin_m), mass(Some(margin_m)), String::new()));
+        rows.push(row("margin", millimetres(margin_m), mass(Some(margin_m)), String::new()));
     }
+    let [name, share] = [(0, 20), (2, 0)].map(|(gap, width)| Column::Left { gap, width });
+    let mut lines = vec![title];
+    lines.extend(aligned([name, Column::Right(17), Column::Right(13), share], &rows));
     let text = [Some(finding(answers, outcome)), Some(required_members(outcome)), variance_shares(answers, outcome)];
     let text = text.into_iter().chain([check_result(outcome)]).flatten();
     lines.extend(text.flat_map(|text| wrap("", &text)));

@@ -63,6 +63,52 @@ pub(super) fn shown_sensors(answers: &Answers, most: usize) -> (std::ops::Range<
     (hidden..sensors, others)
 }
 
+/// A column of a table on the screen.
+#[derive(Clone, Copy)]
+pub(super) enum Column {
+    /// Aligned to the left after a gap, with its least width.
+    Left { gap: usize, width: usize },
+    /// Aligned to the right, with its least width, in which at least one space is before the text.
+    Right(usize),
+}
+
+/// Least width of the first column where the others leave too little.
+const MIN_FIRST_WIDTH: usize = 4;
+
+/// A table whose columns never run together: they widen with their cells, at the cost of the names in the first.
+pub(super) fn aligned<const N: usize>(columns: [Column; N], rows: &[[String; N]]) -> Vec<String> {
+    let longest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let mut widths: [usize; N] = std::array::from_fn(|column| match columns[column] {
+        Column::Left { width, .. } => width.max(longest(column)),
+        Column::Right(width) => width.max(longest(column) + 1),
+    });
+    // Nothing follows the last column, so that its width is that of its text.
+    if let (Column::Left { .. }, Some(last)) = (columns[N - 1], widths.last_mut()) {
+        *last = longest(N - 1);
+    }
+    let gap = |column: usize| match columns[column] {
+        Column::Left { gap, .. } => gap,
+        Column::Right(_) => 0,
+    };
+    let total = (0..N).map(|column| gap(column) + widths[column]).sum::<usize>();
+    widths[0] = (widths[0] - total.saturating_sub(COLUMNS).min(widths[0])).max(MIN_FIRST_WIDTH);
+    let cell = |row: &[String; N], column: usize| {
+        let text = if column == 0 { format::truncate(&row[0], widths[0]) } else { row[column].clone() };
+        let (width, gap) = (widths[column], gap(column));
+        match columns[column] {
+            Column::Left { .. } => format!("{:gap$}{text:<width$}", ""),
+            Column::Right(_) => format!("{text:>width$}"),
+        }
+    };
+    let line = |row: &[String; N]| (0..N).map(|column| cell(row, column)).collect::<String>();
+    rows.iter().map(line).collect()
+}
+
+/// The head of a table, from its words.
+pub(super) fn head<const N: usize>(words: [&str; N]) -> [String; N] {
+    words.map(str::to_owned)
+}
+
 /// Wrap a text at 80 columns. The first line begins with `lead`, the others are indented as far.
 pub fn wrap(lead: &str, text: &str) -> Vec<String> {
     let margin = " ".repeat(lead.len());
@@ -122,6 +168,34 @@ mod tests {
         let after = screen.replace('\n', " ").split_once("(driver 1.2.3), ").expect("the whole name").1.to_owned();
         let seconds = after.split_once(" s ").expect("seconds").0;
         assert!(seconds.parse::<f64>().is_ok(), "{screen}");
+    }
+
+    #[test]
+    fn columns_keep_apart_with_long_names_and_large_numbers_and_are_as_before_otherwise() {
+        let columns = [Column::Left { gap: 0, width: 7 }, Column::Right(8), Column::Left { gap: 2, width: 0 }];
+        let row = |cells: [&str; 3]| cells.map(str::to_owned);
+        let short = aligned(columns, &[row(["TC1", "78 s", "f_k 51 %"])]);
+        assert_eq!(short, ["TC1        78 s  f_k 51 %"]);
+        let long = aligned(columns, &[row(["sensor", "time", "share"]), row(["SENSOR1", "1,209,600 s", "f_k 51 %"])]);
+        assert_eq!(long, ["sensor         time  share   ", "SENSOR1 1,209,600 s  f_k 51 %"]);
+        let name = "a name that goes on ".repeat(5);
+        let wide = aligned(columns, &[row([&name, "1,209,600 s", "f_k 51 %"])]);
+        assert!(wide[0].chars().count() == COLUMNS && wide[0].contains("… 1,209,600 s  f_k 51 %"), "{wide:?}");
+    }
+
+    #[test]
+    fn a_run_of_weeks_keeps_the_columns_of_the_screen_apart() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.case.sensors[3].name = "BONDLINE-UPPER".to_owned();
+        for peak in &mut outcomes.uncertainty.peaks {
+            peak.nominal.time_s = 1_209_600.0;
+        }
+        outcomes.nominal.peaks[3].time_s = 1_209_600.0;
+        for command in ["predict", "uncertainty"] {
+            let screen = screen(&outcomes.answers(command));
+            assert!(screen.contains(" 1,209,600 s "), "{screen}");
+            assert!(!screen.contains(")1,209,600"), "{screen}");
+        }
     }
 
     #[test]

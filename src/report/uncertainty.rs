@@ -12,7 +12,7 @@ use super::files::tables::{factor_columns, header};
 use super::html::table::{paragraph, table};
 use super::observations::misfit_text;
 use super::reportable::{Finding, MemberCounts, Reportable, ScreenLimits, Section};
-use super::terminal::{shown_sensors, wrap};
+use super::terminal::{Column, aligned, head, shown_sensors, wrap};
 use super::{ReportError, format};
 use crate::case::Case;
 use crate::study::answers::Answers;
@@ -112,10 +112,7 @@ pub(super) fn lines(answers: &Answers, outcome: &Uncertainty, most: usize, room:
 }
 
 fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
-        "sensor", "nominal peak", "time", "RMSE", "std dev", "95 % interval", "largest share"
-    )];
+    let mut rows = vec![head(["sensor", "nominal peak", "time", "RMSE", "std dev", "95 % interval", "largest share"])];
     let (sensors, others) = shown_sensors(answers, most);
     for index in sensors {
         let peak = &outcome.peaks[index];
@@ -130,17 +127,19 @@ fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec
         let top_factors = top_factors.filter(|(_, share)| *share > 0.0).map_or("-".to_owned(), |(factor, share)| {
             format!("{} {}", format::truncate(&answers.case.factors[factor].name, 10), format::percent(share))
         });
-        lines.push(format!(
-            "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
+        rows.push([
             format::truncate(&answers.case.sensors[index].name, 6),
             format::kelvin(peak.nominal.temperature_k),
             format::seconds(peak.nominal.time_s),
             answers.nominal.as_ref().map_or("-".to_owned(), |nominal| misfit_text(answers, nominal, index).0),
             deviation,
             within,
-            top_factors
-        ));
+            top_factors,
+        ]);
     }
+    let [name, share] = [(0, 7), (2, 0)].map(|(gap, width)| Column::Left { gap, width });
+    let [peak, time, rms, deviation, within] = [18, 8, 9, 8, 14].map(Column::Right);
+    let mut lines = aligned([name, peak, time, rms, deviation, within, share], &rows);
     lines.extend(others);
     lines
 }

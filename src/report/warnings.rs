@@ -1,13 +1,12 @@
 //! Warnings about a result.
 
 use super::{format, reportable};
-use crate::case::{Case, Material, Ply};
+use crate::case::{CappedEmissivity, Case, Material, Ply};
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
+use crate::study::validity::MAX_BALANCE_RESIDUAL;
 use crate::traces::MemberStatus;
 
-/// Largest acceptable relative residual of the energy and mass balances.
-const MAX_BALANCE_RESIDUAL: f64 = 1e-3;
 /// Excursions beyond a property table up to this are ignored, K: over a few kelvin no property changes.
 const TABLE_MARGIN_K: f64 = 10.0;
 /// Condition number from which an estimate is called ill-conditioned. Belsley, Kuh & Welsch (*Regression
@@ -22,7 +21,27 @@ pub(super) fn all(answers: &Answers) -> Vec<String> {
         answers.nominal_march().into_iter().chain(each.iter().find_map(|answer| answer.fitted())).collect();
     warnings.extend(answers.run.remarks.iter().cloned());
     warnings.extend(table_excursions(&answers.case, &marches));
+    if !marches.is_empty() {
+        warnings.extend(emissivity_caps(answers));
+    }
     warnings
+}
+
+/// Warnings about factors that take an emissivity above one: those that vary in the study within their bounds, the
+/// others at their nominal value.
+fn emissivity_caps(answers: &Answers) -> Vec<String> {
+    let swept = answers.uncertainty.as_ref().map(|swept| swept.bounds);
+    let bounds = swept.or(answers.estimated.as_ref().map(|_| answers.case.estimate.bounds));
+    let capped = answers.case.capped_emissivities(bounds);
+    let warning = |capped: &CappedEmissivity<'_>| {
+        format!(
+            "{} takes the emissivity of {} up to {}, above that of a black surface: the march uses at most 1.",
+            capped.factor,
+            capped.ply,
+            format::significant(capped.product, 3)
+        )
+    };
+    capped.iter().map(warning).collect()
 }
 
 /// Materials of the layup whose note calls them surrogates, once each.
@@ -41,12 +60,12 @@ pub(super) fn march_warnings(case: &Case, outcome: &Prediction, which: &str) -> 
     let mut warnings = Vec::new();
     match &outcome.status {
         MemberStatus::Completed => {}
-        MemberStatus::Diverged { time_s } => warnings.push(format!(
-            "The {which} march diverged at {}; later temperatures are invalid.",
-            format::seconds(*time_s)
-        )),
+        MemberStatus::Diverged { time_s } => {
+            warnings.push(format!("The {which} march diverged at {}: it has no values.", format::seconds(*time_s)))
+        }
         MemberStatus::OutOfTable { ply, temperature_k } => warnings.push(format!(
-            "The {which} march left a property table of ply {} at {}; the table does not allow extrapolation.",
+            "The {which} march left a property table of ply {} at {}; the table does not allow extrapolation, so that \
+             the march has no values.",
             case.layup.plies[*ply].name,
             format::kelvin(*temperature_k)
         )),

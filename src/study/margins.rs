@@ -24,6 +24,14 @@ pub struct Margin {
     pub still_warming: bool,
 }
 
+impl Margin {
+    /// The margin of a member that failed.
+    pub(super) fn without_values() -> Self {
+        let peak = Peak { temperature_k: f64::NAN, time_s: f64::NAN };
+        Self { peak, interpolated_k: f64::NAN, margin_k: f64::NAN, time_above_s: f64::NAN, still_warming: false }
+    }
+}
+
 /// Reads the margins of members of a plan.
 pub(crate) struct MarginReader<'a> {
     plan: &'a Plan,

@@ -36,4 +36,5 @@ pub mod timing;
 pub mod trade;
 pub mod twin;
 pub mod uncertainty;
+pub mod validity;
 pub(crate) mod work_log;

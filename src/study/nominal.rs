@@ -91,7 +91,7 @@ impl Prediction {
         let temperatures_k: Vec<Vec<f64>> =
             (0..traces.sensors).map(|sensor| traces.trace(member, sensor).to_vec()).collect();
         let plies = case.layup.plies.len();
-        Self {
+        let prediction = Self {
             instants_s: plan.instants_s.clone(),
             peaks: temperatures_k.iter().map(|trace| Peak::of(trace, &plan.instants_s)).collect(),
             limited_k: (0..case.limits.len()).map(|limit| traces.limited(member, limit).to_vec()).collect(),
@@ -112,7 +112,37 @@ impl Prediction {
             cells: plan.cells(),
             error_estimate: plan.error_estimate.clone(),
             temperatures_k,
+        };
+        if prediction.status == MemberStatus::Completed { prediction } else { prediction.without_values() }
+    }
+
+    /// The prediction of a member that failed: NaN in place of every value, as none of them can be used. Where it
+    /// diverged, the last ones may have hundreds of digits.
+    fn without_values(mut self) -> Self {
+        let unknown = Peak { temperature_k: f64::NAN, time_s: f64::NAN };
+        self.temperatures_k.iter_mut().chain(&mut self.limited_k).for_each(|trace_k| trace_k.fill(f64::NAN));
+        self.peaks.fill(unknown);
+        self.margins.fill(Margin::without_values());
+        for reading in &mut self.gauge_traces {
+            reading.values.fill(f64::NAN);
+            (reading.peak, reading.peak_time_s, reading.end) = (f64::NAN, f64::NAN, f64::NAN);
         }
+        self.balance = Balance::zip_map(self.balance, self.balance, |_, _| f64::NAN);
+        self.extremes_k.fill((f64::NAN, f64::NAN));
+        for Misfit { rms_k, bias_k, worst_k, worst_time_s, .. } in &mut self.misfits {
+            (*rms_k, *bias_k, *worst_k, *worst_time_s) = (f64::NAN, f64::NAN, f64::NAN, f64::NAN);
+        }
+        self
+    }
+
+    /// Traces that statistics of members are relative to: where the nominal march failed, its start. The members need
+    /// not have failed.
+    pub(super) fn reference_traces_k(&self, case: &Case) -> Vec<Vec<f64>> {
+        let mut traces_k = self.temperatures_k.clone();
+        if self.status != MemberStatus::Completed {
+            traces_k.iter_mut().for_each(|trace_k| trace_k.fill(case.exposure.initial_k[0].1));
+        }
+        traces_k
     }
 
     /// The largest difference of a sensor's temperature from another trace, K, and its time, s.

@@ -98,7 +98,7 @@ impl Envelope {
         let sampling = Sampling { kind, seed: ENVELOPE_SEED };
         let members =
             Ensemble::sample(&case.factors, bounds, &sampling, ENVELOPE_MEMBERS).correlated(&case.correlation);
-        let nominal_k = nominal.temperatures_k.concat();
+        let nominal_k = nominal.reference_traces_k(case).concat();
         let (mut below_k, mut above_k) = (vec![0.0_f64; nominal_k.len()], vec![0.0_f64; nominal_k.len()]);
         let march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
         let mut march = MonitoredMarch::new(Box::new(march), monitor.clone());

@@ -1,5 +1,7 @@
 //! Synthetic measurements from known factors (the twin experiment).
 
+use super::uncertainty::failure_reason;
+use super::validity::discretisation_failure;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
@@ -75,8 +77,13 @@ pub fn twin(
     noise: &Noise,
 ) -> Result<SyntheticData, SyntheticDataError> {
     let traces: Traces = march.march(plan, &Ensemble::from_values(case.factors.len(), truth), 0..1)?;
-    if let MemberStatus::Diverged { time_s } = traces.statuses[0] {
-        return Err(SyntheticDataError::Diverged(format!("a temperature left 0 to 4,000 K at {time_s:.3} s")));
+    let failure = match traces.statuses[0] {
+        MemberStatus::Diverged { time_s } => Some(format!("a temperature left 0 to 4,000 K at {time_s:.3} s")),
+        ref status => failure_reason(case, status),
+    };
+    let failure = failure.or_else(|| plan.error_estimate().and_then(discretisation_failure));
+    if let Some(reason) = failure {
+        return Err(SyntheticDataError::Diverged(reason));
     }
     let measured_k = (0..case.sensors.len()).map(|sensor| {
         let noise = noise.sample(&plan.instants_s, 0, sensor);

@@ -136,6 +136,11 @@ pub const SHOWN_MEMBERS: usize = 30;
 /// Percentiles of every distribution.
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 
+/// Standard deviation of an output below which members differ by cells, steps and rounding alone, as a share of the
+/// tolerance of the discretisation error; and the tolerance where cells and steps are stated, K.
+const NOISE_RATIO: f64 = 0.02;
+const DEFAULT_TOLERANCE_K: f64 = 0.05;
+
 /// Accumulated statistics of some members of an ensemble. Parts merge to the statistics of the whole, to the bit and in
 /// any order.
 #[derive(Clone, Debug, PartialEq)]
@@ -197,7 +202,7 @@ impl SweepStatistics {
     pub fn new(case: &Case, nominal: &Prediction, envelope: &Envelope, bounds: Bounds, kind: SamplingKind) -> Self {
         let (reference, marginals) = reference_values(case, nominal, bounds, kind);
         let (accumulator, is_independent) = (Accumulator::new(&reference, &marginals), case.correlation.is_empty());
-        let traces = TraceCoverage::new(&nominal.temperatures_k, envelope);
+        let traces = TraceCoverage::new(&nominal.reference_traces_k(case), envelope);
         let limits_k: Vec<f64> = case.limits.iter().map(|limit| limit.limit_k).collect();
         let margins = MarginSamples::new(limits_k.len());
         let (emissivity, failures) = (None, BTreeMap::new());
@@ -357,7 +362,17 @@ impl SweepStatistics {
         let Self { accumulator, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
         let peaks_and_times = sensors * instants..sensors * (instants + 2);
-        let causes = accumulator.sensitivity_indices(self.is_independent, peaks_and_times);
+        let mut causes = accumulator.sensitivity_indices(self.is_independent, peaks_and_times.clone());
+        let tolerance_k = nominal.error_estimate.as_ref().map_or(DEFAULT_TOLERANCE_K, |reached| reached.tolerance_k);
+        let is_noise = |output: usize| accumulator.deviation(output) < NOISE_RATIO * tolerance_k;
+        for output in (0..peaks_and_times.start + sensors).filter(|&output| is_noise(output)) {
+            causes[output] = causes[output].clone().of_constant();
+            // A plateau has no time of its peak.
+            if let Some(peak) = output.checked_sub(peaks_and_times.start) {
+                let time = peaks_and_times.start + sensors + peak;
+                causes[time] = causes[time].clone().of_constant();
+            }
+        }
         let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (sensor * instants..(sensor + 1) * instants).map(each).collect()
         };
@@ -414,9 +429,15 @@ fn reference_values(
     bounds: Bounds,
     kind: SamplingKind,
 ) -> (Vec<f64>, Vec<Marginal>) {
-    let mut reference: Vec<f64> = nominal.temperatures_k.concat();
-    reference.extend(nominal.peaks.iter().map(|peak| peak.temperature_k));
-    reference.extend(nominal.peaks.iter().map(|peak| peak.time_s));
+    let mut reference: Vec<f64> = nominal.reference_traces_k(case).concat();
+    let peaks = nominal.peaks.iter();
+    if nominal.status == MemberStatus::Completed {
+        reference.extend(peaks.clone().map(|peak| peak.temperature_k));
+        reference.extend(peaks.map(|peak| peak.time_s));
+    } else {
+        reference.extend(peaks.clone().map(|_| case.exposure.initial_k[0].1));
+        reference.extend(peaks.map(|_| 0.0));
+    }
     reference.extend(nominal.peaks.iter().map(|_| 0.0));
     let marginals = case.factors.iter().map(|factor| Marginal::new(factor.nominal, factor.bounds(bounds), kind));
     (reference, marginals.collect())

@@ -9,8 +9,8 @@ Examples:
   # Run all studies of a shipped case
   bondline study cases/lamp-test -n 1000
 
-Exit codes: 0 done; 1 failed (no convergence, too many failed members, a failed check);
-2 wrong input, nothing is written; 3 device error.";
+Exit codes: 0 done; 1 failed (no convergence, too many failed members, a failed check,
+an error ten times the tolerance); 2 wrong input, nothing is written; 3 device error.";
 
 pub(super) const INIT: &str = "\
 Examples:

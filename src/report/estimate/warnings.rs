@@ -50,7 +50,7 @@ fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: 
         ));
     }
     let ratio = outcome.noise_variance.sqrt();
-    if ratio > MAX_RESIDUAL_RATIO || (ratio < 1.0 / MAX_RESIDUAL_RATIO && exceed_rounding(answers, outcome)) {
+    if ratio > MAX_RESIDUAL_RATIO || (ratio < 1.0 / MAX_RESIDUAL_RATIO && exceed_numerical_error(answers, outcome)) {
         let used = if outcome.prior.is_some() {
             format!(
                 " Against the priors the data are weighted with {} times their stated standard deviations.",
@@ -64,7 +64,7 @@ fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: 
             format::significant(ratio, 2)
         ));
     }
-    if outcome.autocorrelation > MAX_AUTOCORRELATION && exceed_rounding(answers, outcome) {
+    if outcome.autocorrelation > MAX_AUTOCORRELATION && exceed_numerical_error(answers, outcome) {
         warnings.push(format!(
             "The residuals are autocorrelated ({} at lag one): effective sample size {} of {}. The model is \
              incomplete; standard errors and intervals account for the correlation.",
@@ -75,15 +75,15 @@ fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: 
     }
 }
 
-/// Whether residuals exceed a tenth of the standard deviation of the measurement at any sensor. Synthetic data without
-/// noise leave rounding errors, which are autocorrelated.
-fn exceed_rounding(answers: &Answers, outcome: &ParameterEstimates) -> bool {
-    answers.fits(outcome).any(|(case, fitted)| {
-        let seen = case.observations.iter().filter(|seen| fitted.sensors.contains(&seen.sensor));
-        seen.zip(&fitted.misfits).any(|(seen, (_, after))| {
-            let finest_k = seen.sigma_k.iter().copied().fold(f64::INFINITY, f64::min);
-            after.rms_k > 0.1 * finest_k
-        })
+/// Residuals up to this are rounding where cells and steps are stated and no discretisation error is known, K.
+const ROUNDING_K: f64 = 1e-3;
+
+/// Whether residuals exceed the numerical error at any sensor. Synthetic data without noise leave numerical errors,
+/// which are autocorrelated. The stated standard deviation does not matter: it may be ten times the scatter.
+fn exceed_numerical_error(answers: &Answers, outcome: &ParameterEstimates) -> bool {
+    answers.fits(outcome).any(|(_, fitted)| {
+        let error_k = fitted.after.error_estimate.as_ref().map_or(0.0, |reached| reached.nominal_k);
+        fitted.misfits.iter().any(|(_, after)| after.rms_k > error_k.max(ROUNDING_K))
     })
 }
 

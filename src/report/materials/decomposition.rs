@@ -27,7 +27,7 @@ fn pore_values(pores: &Pores) -> String {
 }
 
 /// The temperatures at which each reaction is half complete: they show a wrong unit or exponent of A or E at once.
-fn half_conversions(decomposition: &Decomposition) -> String {
+pub(super) fn half_conversions(decomposition: &Decomposition) -> String {
     let each_rate = HALF_CONVERSION_RATES_K_MIN.map(|rate| decomposition.half_conversion_temperatures_k(rate / 60.0));
     let heads: String =
         HALF_CONVERSION_RATES_K_MIN.iter().map(|rate| format!("{:>14}", format!("{rate} K/min"))).collect();

@@ -5,6 +5,7 @@ use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::{data_window, line, measured, temperature_axis, time_axis};
 use crate::report::{format, observations};
 use crate::study::nominal::Prediction;
+use crate::traces::MemberStatus;
 
 pub(super) fn against_measurement(case: &Case, nominal: &Prediction) -> Figure {
     let mut layers = data_windows(case);
@@ -29,6 +30,8 @@ pub(super) fn against_measurement(case: &Case, nominal: &Prediction) -> Figure {
             )
         })
         .collect();
+    let has_values = nominal.status == MemberStatus::Completed;
+    let peaks = if has_values { format::list(&peaks) } else { "The march failed: it has no values".to_owned() };
     let compared = if case.observations.is_empty() {
         "The case has no observations."
     } else {
@@ -43,7 +46,7 @@ pub(super) fn against_measurement(case: &Case, nominal: &Prediction) -> Figure {
         id: "nominal".to_owned(),
         paper_reference: String::new(),
         title: "Nominal prediction".to_owned(),
-        caption: format!("{}. {compared}{windows_of_sensors}", format::list(&peaks)),
+        caption: format!("{peaks}. {compared}{windows_of_sensors}"),
         x: time_axis(case),
         y: temperature_axis(),
         layers,

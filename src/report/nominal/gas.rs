@@ -22,7 +22,8 @@ pub(super) fn has_darcy_flow(case: &Case) -> bool {
 
 /// The finding; `None` where no gas moves.
 pub(super) fn finding(case: &Case, outcome: &Prediction) -> Option<String> {
-    let flux = outcome.gauge_trace(Gauge::GasFlux)?;
+    // A march that failed has no values.
+    let flux = outcome.gauge_trace(Gauge::GasFlux).filter(|flux| !flux.peak.is_nan())?;
     let way = if flux.peak < 0.0 { " into the layup" } else { "" };
     let flow = format!("gas flux {}{way} at {}", flux_text(flux), format::seconds(flux.peak_time_s));
     if !decomposes(case) {

@@ -32,6 +32,20 @@ pub struct SensitivityIndices {
     pub unexplained: f64,
 }
 
+impl SensitivityIndices {
+    /// Of an output that no factor changes, which has as many second-order indices as before.
+    #[must_use]
+    pub(in crate::study) fn of_constant(mut self) -> Self {
+        let zero = ConfidenceInterval { value: 0.0, low: 0.0, high: 0.0 };
+        let indices = [&mut self.correlations, &mut self.rank_correlations, &mut self.partial_rank_correlations];
+        indices.into_iter().chain([&mut self.first, &mut self.total]).for_each(|each| each.fill(zero));
+        self.second.iter_mut().for_each(|pair| pair.index = zero);
+        self.shares.fill(0.0);
+        self.unexplained = 0.0;
+        self
+    }
+}
+
 impl Accumulator {
     /// Sensitivity indices of every output; second-order indices of those in `second_order`. For correlated factors the
     /// indices are as defined in `polynomial_chaos.rs`.
