@@ -18,7 +18,7 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 35] = [
+pub const LIMITS: [&Limit; 36] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
     &UNPACKED_MIB,
@@ -41,6 +41,7 @@ pub const LIMITS: [&Limit; 35] = [
     &LAYUP_TEMPERATURE_K,
     &THICKNESS_RATIO,
     &CELLS,
+    &DURATION_S,
     &OUTPUT_INTERVALS,
     &PROFILE_INSTANTS,
     &TEMPERATURES,
@@ -104,6 +105,8 @@ pub const LAYUP_TEMPERATURE_K: Limit =
 pub const THICKNESS_RATIO: Limit = Limit { quantity: "times the thickness of a ply for the layup", max: 1_000_000 };
 /// More cells do not resolve anything that the material properties support.
 pub const CELLS: Limit = Limit { quantity: "cells", max: 1024 };
+/// Three centuries.
+pub const DURATION_S: Limit = Limit { quantity: "s of a run", max: 10_000_000_000 };
 /// `duration` over `resolution.output_interval`.
 pub const OUTPUT_INTERVALS: Limit = Limit { quantity: "output intervals of a case", max: 100_000 };
 /// A slider over more instants cannot be set.

@@ -3,7 +3,8 @@
 use super::air::cold_wall_enthalpy_j_kg;
 use super::table::{Schedule, checked_increasing};
 use super::unit::Dimension;
-use super::validation::{FieldPath, checked_layup_temperature_k};
+use super::validation::{FieldPath, checked_layup_temperature_k, positive};
+use crate::limits::DURATION_S;
 
 /// Temperature at which the enthalpy of air is zero, K.
 const AIR_ENTHALPY_ZERO_K: f64 = 298.0;
@@ -208,9 +209,14 @@ impl OpenFace {
 }
 
 impl Exposure {
+    /// A duration above zero, s.
+    pub(super) fn checked_duration_s(duration_s: f64) -> Result<f64, String> {
+        DURATION_S.check(positive(duration_s, duration_s)?).map(|()| duration_s)
+    }
+
     /// Record all errors of the fields.
     pub(super) fn check(&self, at: &FieldPath<'_>) {
-        at.positive("duration_s", self.duration_s);
+        at.child("duration_s").require(Self::checked_duration_s(self.duration_s));
         let initial = at.child("initial_k");
         if self.initial_k.is_empty() {
             initial.error("no initial temperature: expected at least one point");

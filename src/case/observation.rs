@@ -1,7 +1,7 @@
 //! Measured temperatures of a sensor.
 
 use super::table::checked_increasing;
-use super::validation::{FieldPath, checked_index, checked_layup_temperature_k, not_negative};
+use super::validation::{FieldPath, checked_index, checked_layup_temperature_k, not_negative, readable};
 use crate::limits::LAYUP_TEMPERATURE_K;
 
 /// A sensor's measured trace.
@@ -61,12 +61,12 @@ impl Observation {
     }
 
     /// The standard deviation of a reading, K.
-    pub(super) fn checked_sigma_k(sigma_k: f64) -> Result<f64, String> {
+    pub(crate) fn checked_sigma_k(sigma_k: f64) -> Result<f64, String> {
         let (least_k, most_k) = SIGMAS_K;
         if (least_k..=most_k).contains(&sigma_k) {
             return Ok(sigma_k);
         }
-        let found = format!("{sigma_k:e}");
+        let found = readable(sigma_k);
         Err(format!("expected a standard deviation from {least_k:e} K to {most_k} K, found {found} K"))
     }
 

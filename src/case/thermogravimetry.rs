@@ -140,8 +140,8 @@ mod tests {
         apa
     }
 
-    /// Heating rate, K/min, A, 1/s, E, J/mol, and the temperature at which the rate constant, integrated from 300 K over
-    /// temperature by Simpson's rule with 200,000 intervals, is ln 2 times the heating rate.
+    /// Heating rate, K/min, A, 1/s, E, J/mol, and the temperature, K, at which the rate constant, integrated from 300 K
+    /// over temperature by Simpson's rule with 200,000 intervals, is ln 2 times the heating rate.
     const HALF_CONVERSIONS: [(f64, f64, f64, f64); 9] = [
         (1.0, 1e9, 150e3, 638.91),
         (10.0, 1e9, 150e3, 691.55),

@@ -17,7 +17,8 @@ pub(super) fn finite(value: f64, shown: impl Display) -> Result<f64, String> {
 
 /// A number as text, with an exponent where it would have many digits.
 pub(super) fn readable(value: f64) -> String {
-    if value.abs() < 1e10 { value.to_string() } else { format!("{value:e}") }
+    let is_short = value == 0.0 || (1e-4..1e10).contains(&value.abs());
+    if is_short { value.to_string() } else { format!("{value:e}") }
 }
 
 /// A finite number above zero.

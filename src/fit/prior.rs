@@ -162,8 +162,8 @@ mod tests {
 
     const SAMPLES: usize = 16;
 
-    /// Sixteen readings about 5 and a prior at 6, three times as wide above as below: the fit, and the posterior at a scale of 0.16, the mean square of the
-    /// readings.
+    /// Sixteen readings about 5 and a prior at 6, three times as wide above as below: the fit, and the posterior at a
+    /// scale of 0.16, the mean square of the readings.
     fn fitted(deviation: f64) -> (Fit, LinearizedPosterior) {
         let readings: Vec<f64> = (0..SAMPLES).map(|i| 5.0 + if i % 2 == 0 { 0.4 } else { -0.4 }).collect();
         let priors = vec![Prior { variable: 0, mode: 6.0, deviations: [deviation, 3.0 * deviation] }];

@@ -182,6 +182,9 @@ pub const CURVE_MEMBERS: usize = 400;
 /// Smallest decrease of the nominal peak over the allowed range; below it, thickness does not cool the part, K.
 const MIN_COOLING_K: f64 = 1.0;
 
+/// Relative accuracy of a required thickness.
+const SEARCH_ACCURACY: f64 = 1e-4;
+
 /// Find the required thickness. The same members are marched at every thickness (common random numbers), so the
 /// required thickness is as smooth as the peaks.
 ///
@@ -393,6 +396,7 @@ pub(in crate::study) fn squared_correlation_shares(
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         values.iter().map(|value| value - mean).collect()
     };
+    let mean_m = found_m.iter().sum::<f64>() / found_m.len() as f64;
     let off_m = about_mean(found_m);
     let squared = |factor: usize| {
         let off = about_mean(rows.iter().map(|row| row[factor]).collect());
@@ -400,6 +404,11 @@ pub(in crate::study) fn squared_correlation_shares(
         let covariance: f64 = off.iter().zip(&off_m).map(|(off, off_m)| off * off_m).sum();
         if variance > 0.0 { covariance * covariance / variance } else { 0.0 }
     };
+    // Thicknesses that differ by less are equal to the accuracy of the search.
+    let scatter_m = (off_m.iter().map(|off_m| off_m * off_m).sum::<f64>() / off_m.len() as f64).sqrt();
+    if scatter_m.is_nan() || scatter_m < SEARCH_ACCURACY * mean_m {
+        return vec![0.0; factors];
+    }
     let squares: Vec<f64> = (0..factors).map(squared).collect();
     let total: f64 = squares.iter().sum();
     squares.iter().map(|square| if total > 0.0 { square / total } else { 0.0 }).collect()

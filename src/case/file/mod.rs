@@ -268,7 +268,9 @@ fn apply_override<'a>(
 fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: String) -> ReadResult<CaseBuilder> {
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
-    let duration_s = top.positive("duration", Dimension::Time);
+    let duration = top.required("duration", Dimension::Time.name_and_example());
+    let duration_s =
+        duration.and_then(|written| written.require(Exposure::checked_duration_s(written.positive(Dimension::Time)?)));
     let trajectory = Trajectory::read(top, references);
     let schedules = ScheduleReader { references, duration_s: duration_s.ok(), trajectory };
     let atmosphere = || Ok(Schedule::constant(101_325.0));

@@ -1,7 +1,7 @@
 //! Options of the design of an experiment.
 
 use super::{check_limit, is_positive};
-use crate::case::{Bounds, Case};
+use crate::case::{Bounds, Case, Observation};
 use crate::fit::optimal_design::{Criterion, Robustness};
 use crate::limits::{MEMBERS, SENSORS, STATISTICS_MIB};
 use crate::session::error::{InputError, SessionError, index_of};
@@ -106,6 +106,8 @@ impl DesignOptions {
                 return Err(InputError::for_option(option, format!(" {value}: expected more than 0 {unit}")).into());
             }
         }
+        Observation::checked_sigma_k(self.noise_k)
+            .map_err(|message| InputError::for_option("noise_k", format!(": {message}")))?;
         for (option, value) in
             [("least_distance_m", self.least_distance_m), ("position_tolerance_m", self.position_tolerance_m)]
         {

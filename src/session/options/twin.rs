@@ -1,7 +1,7 @@
 //! Options of synthetic data and of coverage studies.
 
 use super::{FitOptions, ObservationSelection, check_limit, is_positive, with_selection};
-use crate::case::{Bounds, Case};
+use crate::case::{Bounds, Case, Observation};
 use crate::limits::DATA_SETS;
 use crate::march::Precision;
 use crate::session::error::{InputError, SessionError, index_of};
@@ -128,6 +128,10 @@ fn check_noise(noise_k: f64, correlation_s: f64) -> Result<(), SessionError> {
                 InputError::for_option(option, format!(" {value} {unit}: expected no less than 0 {unit}")).into()
             );
         }
+    }
+    if noise_k > 0.0 {
+        Observation::checked_sigma_k(noise_k)
+            .map_err(|message| InputError::for_option("noise_k", format!(": {message}")))?;
     }
     Ok(())
 }

@@ -33,8 +33,13 @@ fn columns_of_a_logger_are_read_with_their_units_from_the_start_of_the_exposure(
     assert!(tc2.temperatures_k.iter().zip(exact_k).all(|(read_k, exact_k)| (read_k - exact_k).abs() < 1e-9));
     assert_eq!((&tc1.times_s[..], &tc1.temperatures_k[..]), (&[0.0, 1.0][..], &exact_k[..]));
     let notes: Vec<String> = case.unread_data().iter().map(ToString::to_string).collect();
-    assert!(notes.len() == 2 && notes[0].ends_with("run.csv: 1 sample of a sensor before 0 s not read"), "{notes:?}");
-    assert!(notes[1].ends_with("run.csv: column \"CH 11\" and 2 more not read: no sensor of the case"), "{notes:?}");
+    for (note, expected) in notes.iter().zip([
+        "run.csv: 1 sample of a sensor after 100 s, the end of the exposure, not read",
+        "run.csv: 1 sample of a sensor before 0 s not read",
+        "run.csv: column \"CH 11\" and 2 more not read: no sensor of the case",
+    ]) {
+        assert!(notes.len() == 3 && note.ends_with(expected), "{notes:?}");
+    }
 }
 
 #[test]

@@ -61,7 +61,11 @@ TC1 = [["0 s", "300 K"]]"#;
 const BROKEN: &[(&str, &str, &str)] = &[
     (r#"TC2 = { window = ["0 s", "5 s"] }"#, ":38:7:", "sensor \"TC2\" has no samples: expected `samples = [["),
     (r#"TC2 = { samples = [["0 s", "300 K"]], windw = ["0 s", "5 s"] }"#, ":38:39:", "did you mean \"window\"?"),
-    (r#"TC2 = { samples = [["0 s", "300 K"]], sigma = "0 K" }"#, ":38:47:", "expected a value above 0, found \"0 K\""),
+    (
+        r#"TC2 = { samples = [["0 s", "300 K"]], sigma = "0 K" }"#,
+        ":38:47:",
+        "expected a standard deviation from 1e-6 K to 4000 K, found 0 K",
+    ),
     (r#"TC2 = { samples = [["0 s", "300 K"]], sigma = "2 s" }"#, ":38:47:", "expected a temperature difference"),
     (r#"TC2 = { samples = [["0 s", "300 K"]], window = ["9 s", "5 s"] }"#, ":38:48:", "9 s is not before 5 s"),
     (
