@@ -61,7 +61,7 @@ pub(super) fn march_warnings(case: &Case, outcome: &Prediction, which: &str) -> 
     match &outcome.status {
         MemberStatus::Completed => {}
         MemberStatus::Diverged { time_s } => {
-            warnings.push(format!("The {which} march diverged at {}: it has no values.", format::seconds(*time_s)))
+            warnings.push(format!("The {which} march diverged at {}: it has no values.", format::seconds(*time_s)));
         }
         MemberStatus::OutOfTable { ply, temperature_k } => warnings.push(format!(
             "The {which} march left a property table of ply {} at {}; the table does not allow extrapolation, so that \

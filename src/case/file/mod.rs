@@ -391,7 +391,9 @@ fn resolution(top: &TableReader<'_>, plies: usize, duration_s: ReadResult<f64>) 
     let growth = section
         .optional("step_growth")
         .map_or(Ok(standard.step_growth), |written| written.require(Resolution::checked_growth(written.number()?)));
-    let max_step_s = section.positive_or("max_step", Dimension::Time, standard.max_step_s);
+    // Stated cells have no estimate of the error of long steps.
+    let max_step_s = if stated.is_some() { Resolution::default().max_step_s } else { standard.max_step_s };
+    let max_step_s = section.positive_or("max_step", Dimension::Time, max_step_s);
     let first_step_s = section.optional("first_step").map_or(Ok(standard.first_step_s), |written| {
         let first_step_s = written.positive(Dimension::Time)?;
         written.require(Resolution::checked_first_step_s(first_step_s, max_step_s.unwrap_or(f64::INFINITY)))
