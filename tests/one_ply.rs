@@ -366,12 +366,17 @@ temperature = "500 K"
     run(&scratch, "predict case.toml").exited_with(2).with_stderr(&["expected 0 or more"]);
 }
 
+/// A tolerance below rounding, and a ply so thick that rounding takes up all heat.
 #[test]
-fn a_result_whose_error_is_above_ten_tolerances_ends_with_exit_code_1_and_the_reason() {
+fn a_result_that_cannot_be_used_ends_with_exit_code_1_and_the_reason() {
     let scratch = folder("unusable", OFF_CENTRE, MATERIAL);
-    for command in ["predict case.toml", "uncertainty case.toml -n 50"] {
-        let outcome = run(&scratch, &format!("{command} --set resolution.tolerance=\"1e-11\u{a0}K\" --force"));
-        outcome.exited_with(1).with_stderr(&["discretisation error", "more than 10 times the tolerance"]);
+    let set = "resolution.tolerance=\"1e-10\u{a0}K\" --set duration=\"1\u{a0}s\"";
+    let outcome = run(&scratch, &format!("predict case.toml --set {set}")).exited_with(1);
+    outcome.with_stderr(&["cannot be used: its discretisation error is", "more than 10 times the tolerance"]);
+    for command in ["predict case.toml", "uncertainty case.toml -n 50", "sensitivity case.toml"] {
+        let thick = format!("{command} --set ply.S.thickness=\"1e15\u{a0}m\" --force");
+        let outcome = run(&scratch, &thick).exited_with(1);
+        outcome.with_stderr(&["cannot be used: its energy balance is off by 100 %, more than 1 %"]);
         run(&scratch, &format!("{command} --force")).succeeded();
     }
 }

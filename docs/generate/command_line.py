@@ -14,8 +14,7 @@ Results go to standard output, progress and error messages to standard error. Pr
 | exit code | meaning |
 |---|---|
 | 0 | The command did what it was asked to do. |
-| 1 | It ran but failed: no convergence, too many failed members, a failed check, a result that [cannot be \
-used](outputs.md), or a report not written. |
+| 1 | It failed: no convergence, failed members, a failed check, an [unusable](outputs.md) result, or no report. |
 | 2 | The input is wrong: command line, case file, material file, output folder of another case. Nothing is written. |
 | 3 | The device failed, or there is none of the kind asked for. |
 """
