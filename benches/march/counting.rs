@@ -148,6 +148,9 @@ impl Real for CountingReal {
         count(&CHOICES);
         Self(Real::ge_mask(self.0, mark.0))
     }
+    fn reaches(self, mark: Self) -> Self {
+        Real::ge_mask(self, mark)
+    }
     fn any_nonzero(self) -> bool {
         count(&CHOICES);
         Real::any_nonzero(self.0)
