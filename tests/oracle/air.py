@@ -20,12 +20,15 @@ WALL_ENTHALPY = Table(
 COLD_WALL_ENTHALPY_J_KG = 2e3
 
 
+_T = np.array(WALL_ENTHALPY.temperatures_k)
+_H = np.array(WALL_ENTHALPY.values)
+_SLOPES = np.diff(_H) / np.diff(_T)
+
+
 def wall_enthalpy(temperature_k: Any) -> tuple[Any, Any]:
     """Enthalpy of air at a wall, and its slope."""
-    t, h = np.array(WALL_ENTHALPY.temperatures_k), np.array(WALL_ENTHALPY.values)
-    i = np.clip(np.searchsorted(t, temperature_k, side="right") - 1, 0, len(t) - 2)
-    slope = (h[i + 1] - h[i]) / (t[i + 1] - t[i])
-    return h[i] + slope * (temperature_k - t[i]), slope
+    i = np.minimum(np.maximum(_T.searchsorted(temperature_k, side="right") - 1, 0), len(_T) - 2)
+    return _H[i] + _SLOPES[i] * (temperature_k - _T[i]), _SLOPES[i]
 
 
 def free_conductivity(temperature_k: Array) -> Array:

@@ -64,7 +64,8 @@ class PiecewiseQuadratics:
         found = np.searchsorted(self.integral_keys, integral + self.height * function, side="right") - 1
         i = np.minimum(np.maximum(found, self.first[function]), self.last[function])
         rest, value = integral - self.integral[i], self.value[i]
-        value_there = np.sqrt(np.maximum(value * value + 2.0 * self.slope[i] * rest, 1e-30 * value * value))
+        square = value * value
+        value_there = np.sqrt(np.maximum(square + 2.0 * self.slope[i] * rest, 1e-30 * square))
         return self.start[i] + 2.0 * rest / (value + value_there), value_there
 
 
@@ -85,6 +86,7 @@ class Conductor:
             self.is_tabled[p] = bool(own.tables)
         self.tables = PiecewiseQuadratics(functions) if functions else None
         self.any_levels = any(len(own.tables) > 1 for own in conductivities)
+        self.fixed_levels = None if self.any_levels else self.levels_at(101325.0)
         self.part_pairs = [
             (own, np.flatnonzero(self.pair_ply == p), np.flatnonzero(ply == p))
             for p, own in enumerate(conductivities)
@@ -113,7 +115,7 @@ class Conductor:
         """The integral of k from the right to the left node of every pair, W/m, and k at every part (if asked)."""
         integral, k = np.zeros(len(temperature)), np.zeros(len(temperature))
         if self.tables is not None:
-            low, high, weight = self.levels_at(pressure_pa)
+            low, high, weight = self.fixed_levels or self.levels_at(pressure_pa)
             parts = slice(None) if self.all_tabled else self.tabled_parts
             ply, t = self.ply[parts], temperature[parts]
             k_low, i_low = self.tables.at(self.tables.segment(low[ply], t), t)

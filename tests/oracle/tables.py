@@ -1,7 +1,9 @@
 """Piecewise linear functions as a file states them: properties over temperature, schedules over time."""
 
+import bisect
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,11 +60,19 @@ class Table:
                 slopes.append((v[i + 1] - v[i]) / (t[i + 1] - t[i]))
         return np.array(starts), np.array(values), np.array(slopes)
 
-    def at(self, temperature_k: Array | float) -> Array:
+    def at(self, temperature_k: Any) -> Any:
+        """The value at a temperature, or at several."""
         starts, values, slopes = self.segments
-        i = np.clip(np.searchsorted(starts, temperature_k, side="right") - 1, 0, len(starts) - 1)
-        result: Array = values[i] + slopes[i] * (temperature_k - starts[i])
-        return result
+        if isinstance(temperature_k, float):
+            i = min(max(bisect.bisect_right(self._starts, temperature_k) - 1, 0), len(starts) - 1)
+            return float(values[i]) + float(slopes[i]) * (temperature_k - self._starts[i])
+        found = np.maximum(starts.searchsorted(temperature_k, side="right") - 1, 0)
+        return values[found] + slopes[found] * (temperature_k - starts[found])
+
+    @cached_property
+    def _starts(self) -> list[float]:
+        starts: list[float] = self.segments[0].tolist()
+        return starts
 
     @property
     def is_constant(self) -> bool:
@@ -126,7 +136,7 @@ class Schedule:
             return v[-1]
         return v[i - 1] + (v[i] - v[i - 1]) * (time_s - t[i - 1]) / (t[i] - t[i - 1])
 
-    @property
+    @cached_property
     def acts(self) -> bool:
         return any(value != 0.0 for value in self.values)
 
