@@ -41,7 +41,7 @@ def run(folder: Path, case: str, times_s: list[float], **materials: str) -> Resu
     (folder / "case.toml").write_text(case)
     for name, content in materials.items():
         (folder / "materials" / f"{name}.toml").write_text(content)
-    return solve(load(folder), np.array(times_s), seconds=120.0)
+    return solve(load(folder), np.array(times_s))
 
 
 def agrees(found: Array | float, exact: Array | float, tolerance: float) -> bool:
@@ -524,6 +524,6 @@ def test_quantities_are_converted_to_si(text: str, temperature: bool, expected: 
 def test_what_is_not_computed_is_refused_with_the_reason(tmp_path: Path) -> None:
     with pytest.raises(Refused, match="Darcy"):
         run(tmp_path, HELD_SLAB + '[gas]\nflow = "darcy"\n', [1.0], s=solid())
-    with pytest.raises(Refused, match="processor time"):
+    with pytest.raises(Refused, match="too many steps"):
         (tmp_path / "case.toml").write_text(HELD_SLAB)
-        solve(load(tmp_path), np.array([1.0]), seconds=0.0)
+        solve(load(tmp_path), np.array([1.0]), work=0.0)
