@@ -19,8 +19,8 @@ from random_cases import FEATURES, Writer
 
 # An estimate of the error below this share of the true one is a violation by itself.
 SMALLEST_SHARE = 0.5
-# Temperatures this close are equal: bondline prints and stores them to that.
-NEGLIGIBLE = 1e-3
+# Errors below this share of the tolerance do not matter.
+NEGLIGIBLE = 1e-2
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,11 @@ HEADING = (
 
 
 def is_violation(finding: Finding) -> bool:
-    """Beyond the tolerance without a word, or a claim below half of the error."""
-    if finding.error - finding.doubt < NEGLIGIBLE * max(finding.tolerance, NEGLIGIBLE):
+    """A claim below half of the error; or one beyond the tolerance without a word."""
+    if finding.error - finding.doubt < NEGLIGIBLE * finding.tolerance:
         return False
-    return finding.is_silent or finding.ratio > 1.0 / SMALLEST_SHARE
+    is_unsaid = finding.claim > finding.tolerance and not finding.is_warned
+    return finding.ratio > 1.0 / SMALLEST_SHARE or (is_unsaid and finding.is_silent)
 
 
 def kind_of(finding: Finding, outcome: Outcome) -> str:
@@ -123,6 +124,8 @@ def table(outcomes: list[Outcome]) -> str:
     rows += [f"  {len(cases):4} cases  {kind}" for kind, cases in sorted(by_kind.items(), key=lambda kv: -len(kv[1]))]
     share, number = share_covered(outcomes, set())
     rows += ["", f"claims that are at least the error: {100.0 * share:.1f} % of {number}"]
+    silent = [f for o in outcomes for f in o.findings if f.is_silent and not is_violation(f)]
+    rows += [f"beyond the tolerance with a claim of half the error or more, without a word: {len(silent)}"]
     rows += ["", "refused by bondline:"]
     rows += [f"  {o.name} {p}: {message[:300]}" for o in outcomes for p, message in o.messages.items()]
     rows += ["", "refused by the oracle:", *(f"  {o.name}: {o.refusal}" for o in outcomes if o.refusal)]

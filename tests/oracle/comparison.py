@@ -63,10 +63,11 @@ class Outcome:
     findings: list[Finding] = field(default_factory=list)
     work: float = 0.0
     is_loose: bool = False
+    decomposable_kg_m2: float = 0.0
     warnings: dict[str, str] = field(default_factory=dict)
 
 
-def predict(program: str, folder: Path, out: Path, precision: str, seconds: float = 60.0) -> Reported:
+def predict(program: str, folder: Path, out: Path, precision: str, seconds: float = 30.0) -> Reported:
     command = [program, "predict", str(folder), "--precision", precision, "--backend", "cpu", "--out", str(out),
                "--force", "-q"]  # fmt: skip
     try:
@@ -85,8 +86,17 @@ def predict(program: str, folder: Path, out: Path, precision: str, seconds: floa
 
 
 def _warnings(report: Reported) -> str:
-    return "; ".join(line.strip() for line in (report.screen + "\n" + report.message).splitlines()
-                     if "warning" in line.lower())  # fmt: skip
+    """The warnings on the screen: paragraphs that begin with an exclamation mark."""
+    kept, inside = [], False
+    for line in report.screen.splitlines():
+        inside = line.startswith("! ") or (inside and line.startswith("  "))
+        if inside:
+            kept.append(line.strip())
+    return " ".join(kept)
+
+
+# Words of a warning that says that results are wrong.
+_WORDS_OF_ERROR = ("discretisation error", "balance", "diverged")
 
 
 def compare(outcome: Outcome, precision: str, report: Reported, truth: Result) -> None:
@@ -95,10 +105,9 @@ def compare(outcome: Outcome, precision: str, report: Reported, truth: Result) -
     tolerance = error["tolerance_k"]
     claim = error["nominal_k"]
     claim = np.inf if claim is None else claim
-    # A warning or exit 1 about the error of the result; any warning that names it counts.
     words = _warnings(report)
     outcome.warnings[precision] = words
-    is_warned = report.exit_code == 1 or "discretisation" in words.lower() or "tolerance" in words.lower()
+    is_warned = report.exit_code == 1 or any(word in words for word in _WORDS_OF_ERROR)
 
     def add(quantity: str, value: float, true: float, claim: float, tolerance: float, doubt: float) -> None:
         outcome.findings.append(Finding(quantity, precision, value, true, claim, tolerance, doubt, is_warned))
@@ -128,7 +137,9 @@ def compare(outcome: Outcome, precision: str, report: Reported, truth: Result) -
             continue
         own = error["gauges"][name]
         column, true = report.columns[name], truth.traces[name]
-        peak = max(float(np.nanmax(np.abs(true))), 1e-9)
+        # Of a layup that loses next to nothing the peak is no scale.
+        least = 1e-4 * outcome.decomposable_kg_m2 / (1.0 if name.startswith("mass") else truth.times_s[-1])
+        peak = max(float(np.nanmax(np.abs(true))), least)
         own_claim = own["error"] if own["error"] is not None else np.inf
         doubt = truth.errors[name] / peak
         add(f"{name} at 0 s, over the peak", float(column[0]) / peak, float(true[0]) / peak, own_claim,
@@ -157,6 +168,11 @@ def judge(program: str, folder: Path, features: set[str], scratch: Path, work: f
     except Refused as reason:
         outcome.refusal = str(reason)
         return outcome
+    outcome.decomposable_kg_m2 = sum(
+        ply.thickness_m * ply.material.density * reaction.mass_loss
+        for ply in case.plies
+        for reaction in ply.material.reactions
+    )
     outcome.work, outcome.is_loose = truth.work, truth.is_loose
     for precision, report in reports.items():
         if report.summary:

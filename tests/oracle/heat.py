@@ -495,8 +495,8 @@ class Heat:
                 rates[j] = np.where(temperature >= reaction.onset_k, rate, 0.0)
         return rates
 
-    def evaluate(self, t: float, y: Array, jacobian: bool) -> tuple[Array, Array | None, dict[str, float]]:
-        """The right-hand side, its banded Jacobian if asked, and face fluxes."""
+    def evaluate(self, t: float, y: Array, jacobian: bool) -> tuple[Array, Array]:
+        """The right-hand side, and its banded Jacobian if asked."""
         case = self.case
         temperature, value = self.temperatures(t, y)
         pressure = self.forcing("pressure", t)
@@ -553,7 +553,6 @@ class Heat:
             conductance = case.holder[0] * self.node_width
             net += conductance * (self.forcing("holder", t) - temperature)
             diagonal -= conductance
-        through_faces: dict[str, float] = {}
         for name, face, node in (("hot", case.hot, 0), ("back", case.back, self.nodes - 1)):
             if face.held is None:
                 surface = float(temperature[node])
@@ -561,7 +560,6 @@ class Heat:
                 q, slope = self.face_flux(name, face, t, surface, float(emissivity))
                 net[node] += q
                 diagonal[node] += slope
-                through_faces[name] = q
         derivative = np.zeros(self.size)
         reaction_terms: list[tuple[Reacting, Array]] = []
         if self.has_gas:
@@ -579,7 +577,6 @@ class Heat:
                         np.subtract.at(diagonal, reacting.nodes, reacting.mass * heats[j] * slope)
                 reaction_terms.append((reacting, rates))
             through = np.cumsum(source[::-1])[::-1]  # through the upper side of each node, towards the hot face
-            through_faces["gas"] = float(through[0])
             if case.gas_flow == "quasi-steady":
                 enthalpy = case.gas_enthalpy.at(temperature)
                 step = 0.5 * through[1:] * np.diff(enthalpy)
@@ -592,8 +589,8 @@ class Heat:
             reading = 0.5 * (temperature[a] + temperature[b])
             derivative[bead] = (reading - y[bead]) / case.sensors[s].time_constant_s
         if not jacobian:
-            return derivative, None, through_faces
-        return derivative, self._jacobian(y, value, speed, diagonal, upper, lower, reaction_terms, parts), through_faces
+            return derivative, np.zeros((0, 0))
+        return derivative, self._jacobian(y, value, speed, diagonal, upper, lower, reaction_terms, parts)
 
     def _jacobian(
         self,

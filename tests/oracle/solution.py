@@ -3,12 +3,11 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.integrate import LSODA
-
 from case_file import Case
 from heat import Heat
 from pyrometer import brightness_temperature
 from quantities import Refused
+from stepper import BackwardDifferences
 from tables import Array
 
 _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(5)
@@ -115,36 +114,28 @@ def integrate(case: Case, refinement: float, tolerance: float, times_s: Array, w
         # A jump of a held temperature is seen at its later value, and as highest temperature at once.
         if heat.held:
             see(np.array([start]), y[:, None], np.flatnonzero(times_s == start))
-        # The first steps are those of a non-stiff method, which fails if they are far too long.
-        band = heat.evaluate(start, y, True)[1]
-        assert band is not None
-        fastest = float(np.max(np.abs(band[heat.band]), initial=1e-300))
-        solver = LSODA(
+        solver = BackwardDifferences(
             lambda t, y: heat.evaluate(t, y, False)[0],
+            lambda t, y: heat.evaluate(t, y, True)[1],
             start,
             y,
             end,
-            rtol=2e-4 * tolerance,
-            atol=absolute,
-            jac=lambda t, y: heat.evaluate(t, y, True)[1],
-            first_step=min(1e-3 * (end - start), 0.5 / fastest),
-            lband=heat.band,
-            uband=heat.band,
+            relative=2e-4 * tolerance,
+            absolute=absolute,
+            band=heat.band,
+            first_step=1e-5 * (end - start),
         )
-        while solver.status == "running":
-            message = solver.step()
+        while not solver.is_done:
             steps += 1
-            if solver.status == "failed":
-                raise Refused(f"integration failed at {solver.t:.6g} s: {message}")
+            if not solver.step():
+                raise Refused(f"integration failed at {solver.t:.6g} s: {solver.message}")
             if steps * cost > work:
                 raise Refused(f"{TOO_MUCH_WORK}, at {solver.t:.6g} s on {heat.nodes} nodes")
             before, now = solver.t_old, solver.t
-            assert before is not None
-            dense = solver.dense_output()
             outputs = np.flatnonzero((times_s > before) & (times_s <= now))
             gauss = before + (now - before) * _GAUSS_X
             t = np.concatenate([times_s[outputs], gauss, [now]])
-            states = dense(t)
+            states = solver.interpolated(t)
             temperature = see(t, states, outputs)
             if has_range or steps % 16 == 0:
                 _check_ranges(heat, temperature)
@@ -223,6 +214,9 @@ def solve(case: Case, times_s: Array, share: float = 0.1, work: float = 1e5) -> 
     result: Result | None = None
     worst, steps, done, reason = np.inf, 0, 0.0, ""
     for _ in range(7):
+        if coarse is not None and done + 1.8 * coarse.work > work:
+            reason = f"{TOO_MUCH_WORK} on more than {coarse.nodes} nodes"
+            break
         try:
             fine = integrate(case, refinement, tolerance, times_s, work - done)
         except Refused as refused:
@@ -243,7 +237,8 @@ def solve(case: Case, times_s: Array, share: float = 0.1, work: float = 1e5) -> 
                 if worst <= target:
                     return result
         coarse = fine
-    assert result is not None
+    if result is None:
+        raise Refused(reason)
     if worst <= case.tolerance_k:
         result.is_loose = True
         return result

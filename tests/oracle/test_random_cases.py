@@ -94,9 +94,9 @@ def finding(error: float, claim: float, **changes: object) -> Finding:
 def test_a_claim_below_half_of_the_error_and_a_silent_error_are_violations() -> None:
     assert not is_violation(finding(0.04, 0.03))
     assert is_violation(finding(0.04, 0.019))
-    assert is_violation(finding(0.06, 0.05))
-    assert not is_violation(finding(0.06, 0.05, is_warned=True))
-    assert not is_violation(finding(0.06, 0.05, doubt=0.02))
+    assert is_violation(finding(0.11, 0.06))
+    assert not is_violation(finding(0.11, 0.06, is_warned=True))
+    assert not is_violation(finding(0.04, 0.019, doubt=0.01))
     assert is_violation(finding(float("nan"), 0.05))
 
 
