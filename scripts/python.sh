@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Build the Python package and run its tests, and compare bondline with the oracle of tests/oracle. Python packages go into a virtual environment under target/. The wheel
-# shares the library with `cargo test --workspace`.
+# Build the Python package, run its tests, and compare bondline with the solver of tests/oracle. Python packages go into
+# a virtual environment under target/. The wheel shares the library with `cargo test --workspace`.
 #   --release  build the wheel as it is published, and print its path
 # With BONDLINE_ALL set also what takes minutes or heavier packages: all cases with all commands, a cluster whose
 # workers are killed, all recipes and notebooks of the book, 500 random cases of the oracle in place of 30.

@@ -5,8 +5,8 @@
 #            random cases, 300 mutants of the kernels and all their functions, every fault in every call of a device, a
 #            pipeline for every kernel in a browser, 100,000 mutated inputs, 100 kills, 15 races and 50 full disks, slow
 #            blocks and verification tables of the documentation, all cases, recipes and notebooks in Python, 500 random
-#            cases of the oracle, a Dask
-#            cluster whose workers are killed, a Slurm job array, ARM, Miri, more combinations of features
+#            cases of the oracle, a Dask cluster whose workers are killed, a Slurm job array, ARM, Miri, more
+#            combinations of features
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

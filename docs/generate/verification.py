@@ -120,6 +120,15 @@ The cases `kaowool` and `kaowool-tc` hold a measurement by NIST of an insulating
 Fitted to the thermocouple at 5.72 mm alone, the predictive band of `kaowool` holds all that was measured at 11.44 mm.
 The flight layups cannot be validated here: their measured traces and material tables are not public, and the
 observations of the LCAT cases are synthetic. Predictions for real hardware need its own tables and measurements.
+
+## A second program
+
+`tests/oracle` computes the folder of a case once more, in Python and SciPy: by the method of lines in enthalpy, with
+tables and schedules as the files state them, and without any code of bondline. It states an error of each of its values
+and is itself checked against exact solutions. Random cases with latent heat, foils of 0.1 µm beside felts of 100 mm,
+contacts from 0.1 to 10⁹ W/m²/K, varying pressure, pulses of a millisecond and reactions are computed by both; what
+`predict` reports in f64 and f32 must be within its own error. `tests/oracle/test_random_cases.py` lists under `KNOWN`
+the kinds of input for which this does not hold yet.
 """
     for group, (title, text) in GROUPS.items():
         of = [row for row in rows if row["group"] == group]

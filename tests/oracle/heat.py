@@ -207,7 +207,8 @@ class Heat:
         second_parts: list[int] = []
         for p, ply in enumerate(case.plies):
             low, high = tops[p], tops[p + 1]
-            cuts = sorted({low, high, *(x for x in wanted if low + 1e-9 * (high - low) < x < high - 1e-9 * (high - low))})
+            close = 1e-9 * (high - low)
+            cuts = sorted({low, high, *(x for x in wanted if low + close < x < high - close)})
             k, c = self._scales(ply.material, case)
             first = 0.3 * math.sqrt(k / c * time_scale_s)
             points = [low]

@@ -307,6 +307,12 @@ class Writer:
             return text(values[0], unit)
         return "[" + ", ".join(f"[{text(t, 's')}, {text(v, unit)}]" for t, v in points) + "]"
 
+    def unless_of_a_file(self, name: str, values: list[float], unit: str) -> str:
+        """A schedule of a quantity whose unit no heading of a table has."""
+        if self.has("file schedule"):
+            return text(values[0], unit)
+        return self.schedule(name, values, unit, "", True)
+
     # The case
 
     def write(self, folder: Path) -> None:
@@ -361,7 +367,8 @@ class Writer:
         for i, (ply, special) in enumerate(zip(plies, specials)):
             body += ["", "[[ply]]", f'name = "P{i}"', f'material = "m{i}"', f"thickness = {text(ply.thickness_m, 'm')}"]
             if i + 1 < len(plies):
-                low, high = (0.1, 50.0) if self.has("weak contact") else (1e6, 1e9) if self.has("stiff contact") else (50.0, 1e4)
+                is_weak, is_stiff = self.has("weak contact"), self.has("stiff contact")
+                low, high = (0.1, 50.0) if is_weak else (1e6, 1e9) if is_stiff else (50.0, 1e4)
                 if self.chance(0.6):
                     body.append(f"contact_below = {text(self.log_uniform(low, high), 'W/m^2/K')}")
             if self.has("limits") and self.chance(0.7):
@@ -395,7 +402,8 @@ class Writer:
         if not self.has("held hot face"):
             sensors += ["", "[[sensor]]", 'name = "FACE"', 'depth = "0 m"']
         if self.has("pyrometer"):
-            sensors += ["", "[[sensor]]", 'name = "PYRO"', 'kind = "pyrometer"', f"emissivity = {self.uniform(0.5, 1.0)}"]
+            sensors += ["", "[[sensor]]", 'name = "PYRO"', 'kind = "pyrometer"',
+                        f"emissivity = {self.uniform(0.5, 1.0)}"]  # fmt: skip
             if self.chance(0.6):
                 sensors.append(f"wavelength = {text(self.log_uniform(0.8, 12.0), 'um')}")
             else:
@@ -404,8 +412,9 @@ class Writer:
 
         faces = ["", "[hot_face]", *self.hot_face(), *self.back_face()]
         if self.has("lateral holder"):
-            faces += ["", "[holder]", f"conductance = {text(self.log_uniform(1e2, 3e4), 'W/m^3/K')}",
-                      f"temperature = {self.schedule('holder', [self.uniform(280.0, 350.0)], 'K', 'K', False)}"]  # fmt: skip
+            conductance = text(self.log_uniform(1e2, 3e4), "W/m^3/K")
+            held = self.schedule("holder", [self.uniform(280.0, 350.0)], "K", "K", False)
+            faces += ["", "[holder]", f"conductance = {conductance}", f"temperature = {held}"]
         if self.has("decomposition"):
             faces += ["", "[gas]", f'flow = "{self.random.choice(["quasi-steady", "quasi-steady", "unhindered"])}"']
         resolution = ["", "[resolution]", f"output_interval = {text(interval, 's')}"]
@@ -422,14 +431,16 @@ class Writer:
         if self.has("convective face"):
             films = [self.log_uniform(10.0, 300.0) for _ in range(2)]
             gases = [self.uniform(400.0, 1600.0) for _ in range(3)]
-            return ['kind = "convective"', f"heat_transfer_coefficient = {self.schedule('film', films, 'W/m^2/K', '', True) if not self.has('file schedule') else text(films[0], 'W/m^2/K')}",
+            film = self.unless_of_a_file("film", films, "W/m^2/K")
+            return ['kind = "convective"', f"heat_transfer_coefficient = {film}",
                     f"gas = {self.schedule('gas', gases, 'K', 'K', False)}"]  # fmt: skip
         lines = ['kind = "heated"']
         if self.has("radiant flux"):
             lines.append(f"radiant_flux = {self.schedule('radiant', [flux, 0.5 * flux], 'W/m^2', 'w_m2', True)}")
         elif self.has("enthalpy film"):
             film = self.log_uniform(0.005, 0.05)
-            lines.append(f"enthalpy_film_coefficient = {self.schedule('film', [film, 0.5 * film], 'kg/m^2/s', '', True) if not self.has('file schedule') else text(film, 'kg/m^2/s')}")
+            written = self.unless_of_a_file("film", [film, 0.5 * film], "kg/m^2/s")
+            lines.append(f"enthalpy_film_coefficient = {written}")
             lines.append(f"recovery_enthalpy = {text(self.uniform(1.0, 6.0), 'MJ/kg')}")
         else:
             lines.append(f"flux = {self.schedule('flux', [flux, 0.5 * flux, 0.2 * flux], 'W/m^2', 'w_m2', True)}")
@@ -446,15 +457,18 @@ class Writer:
     def back_face(self) -> list[str]:
         if self.has("held back face"):
             values = [self.uniform(280.0, 400.0) for _ in range(3)]
-            return ["", "[back_face]", 'kind = "held"', f"temperature = {self.schedule('back', values, 'K', 'K', False)}"]
+            held = self.schedule("back", values, "K", "K", False)
+            return ["", "[back_face]", 'kind = "held"', f"temperature = {held}"]
         if self.has("cooled back face"):
-            lines = ["", "[back_face]", 'kind = "cooled"',
-                     f"heat_transfer_coefficient = {text(self.log_uniform(1.0, 200.0), 'W/m^2/K')}",
-                     f"ambient = {self.schedule('ambient', [self.uniform(270.0, 350.0), 300.0], 'K', 'K', False)}"]  # fmt: skip
+            film = text(self.log_uniform(1.0, 200.0), "W/m^2/K")
+            ambient = self.schedule("ambient", [self.uniform(270.0, 350.0), 300.0], "K", "K", False)
+            lines = ["", "[back_face]", 'kind = "cooled"']
+            lines += [f"heat_transfer_coefficient = {film}", f"ambient = {ambient}"]
             if self.chance(0.3):
                 lines.append(f"emissivity = {self.uniform(0.1, 0.9)}")
             return lines
         if self.has("back holder"):
-            return ["", "[back_face]", 'kind = "holder"', f"conductance = {text(self.log_uniform(1.0, 1e4), 'W/m^2/K')}",
-                    f"temperature = {self.schedule('holder_back', [self.uniform(280.0, 350.0), 310.0], 'K', 'K', False)}"]  # fmt: skip
+            conductance = text(self.log_uniform(1.0, 1e4), "W/m^2/K")
+            held = self.schedule("holder_back", [self.uniform(280.0, 350.0), 310.0], "K", "K", False)
+            return ["", "[back_face]", 'kind = "holder"', f"conductance = {conductance}", f"temperature = {held}"]
         return []

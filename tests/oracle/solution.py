@@ -158,7 +158,8 @@ def integrate(case: Case, refinement: float, tolerance: float, times_s: Array, w
         numbers[f"peak of ply {ply.name}"] = float(of_node[nodes].max())
         if p + 1 < len(case.plies):
             pair = heat.bottom_node[p], heat.top_node[p + 1]
-            numbers[f"peak of interface {ply.name}/{case.plies[p + 1].name}"] = float(max(of_node[pair[0]], of_node[pair[1]]))
+            name = f"peak of interface {ply.name}/{case.plies[p + 1].name}"
+            numbers[name] = float(max(of_node[pair[0]], of_node[pair[1]]))
     if case.hot.held is None:
         numbers["heat load"] = inflow
         numbers["heat through the hot face"] = heat_in["hot"]
