@@ -114,21 +114,13 @@ def integrate(case: Case, refinement: float, tolerance: float, times_s: Array, w
         # A jump of a held temperature is seen at its later value, and as highest temperature at once.
         if heat.held:
             see(np.array([start]), y[:, None], np.flatnonzero(times_s == start))
-        solver = BackwardDifferences(
-            lambda t, y: heat.evaluate(t, y, False)[0],
-            lambda t, y: heat.evaluate(t, y, True)[1],
-            start,
-            y,
-            end,
-            relative=2e-4 * tolerance,
-            absolute=absolute,
-            band=heat.band,
-            first_step=1e-5 * (end - start),
-        )
+        solver = _started(heat, y, absolute, tolerance)
+        is_first = True
         while not solver.is_done:
             steps += 1
-            if not solver.step():
-                raise Refused(f"integration failed at {solver.t:.6g} s: {solver.message}")
+            if not is_first and not solver.step():
+                raise Refused(f"integration failed at {solver.t:.9g} s: {solver.message}")
+            is_first = False
             if steps * cost > work:
                 raise Refused(f"{TOO_MUCH_WORK}, at {solver.t:.6g} s on {heat.nodes} nodes")
             before, now = solver.t_old, solver.t
@@ -172,6 +164,26 @@ def integrate(case: Case, refinement: float, tolerance: float, times_s: Array, w
         moved = heat_in["hot"] + heat_in["back"]
         numbers["balance of energy"] = abs(stored - moved) / max(abs(stored), inflow, 1.0)
     return Result(times_s, traces, numbers, {}, steps, heat.nodes, steps * cost)
+
+
+def _started(heat: Heat, y: Array, absolute: Array, tolerance: float) -> BackwardDifferences:
+    """A stepper after its first step between two corners, which is as short as the jump at the corner needs."""
+    start, end = heat.segment
+    for share in (1e-5, 1e-9, 1e-13):
+        solver = BackwardDifferences(
+            lambda t, y: heat.evaluate(t, y, False)[0],
+            lambda t, y: heat.evaluate(t, y, True)[1],
+            start,
+            y,
+            end,
+            relative=2e-4 * tolerance,
+            absolute=absolute,
+            band=heat.band,
+            first_step=share * (end - start),
+        )
+        if solver.step():
+            return solver
+    raise Refused(f"no first step at {start:.9g} s: {solver.message}")
 
 
 def _check_ranges(heat: Heat, temperature: Array) -> None:

@@ -34,18 +34,21 @@ class BackwardDifferences:
     ) -> None:
         self.t, self.end, self.y, self.t_old = start, end, y, start
         self.message = ""
-        self._solver = ode(right_hand_side, jacobian)
+        # Time since the start, as steps far shorter than the rounding of a late time may be needed.
+        self._start = start
+        self._solver = ode(lambda t, y: right_hand_side(start + t, y), lambda t, y: jacobian(start + t, y))
         self._solver.set_integrator(
             "vode", method="bdf", rtol=relative, atol=absolute, lband=band, uband=band, first_step=first_step
         )
-        self._solver.set_initial_value(y, start)
+        self._solver.set_initial_value(y, 0.0)
         self._integrator = self._solver._integrator
-        self._integrator.rwork[0] = end
+        self._length = end - start
+        self._integrator.rwork[0] = self._length
         self._integrator.call_args[2] = 5  # one step, not beyond the end
 
     @property
     def is_done(self) -> bool:
-        return self.t >= self.end
+        return bool(self._solver.t >= self._length)
 
     def step(self) -> bool:
         """One step; false if it failed."""
@@ -53,11 +56,11 @@ class BackwardDifferences:
         self.t_old = self.t
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            solver._y, solver.t = integrator.run(solver.f, solver.jac, solver._y, solver.t, self.end, (), ())
+            solver._y, solver.t = integrator.run(solver.f, solver.jac, solver._y, solver.t, self._length, (), ())
         if not integrator.success:
             self.message = integrator.messages.get(integrator.istate, "")
             return False
-        self.t, self.y = float(solver.t), solver._y.copy()
+        self.t, self.y = self.end if self.is_done else self._start + float(solver.t), solver._y.copy()
         return True
 
     def interpolated(self, times: Array) -> Array:
@@ -65,6 +68,6 @@ class BackwardDifferences:
         integrator, n = self._integrator, len(self.y)
         order, step = int(integrator.iwork[_LAST_ORDER]), float(integrator.rwork[_LAST_STEP])
         columns = integrator.rwork[_NORDSIECK : _NORDSIECK + (order + 1) * n].reshape((n, order + 1), order="F")
-        powers = ((times - self.t) / step) ** np.arange(order + 1)[:, None]
+        powers = ((times - self._start - self._solver.t) / step) ** np.arange(order + 1)[:, None]
         states: Array = columns @ powers
         return states
