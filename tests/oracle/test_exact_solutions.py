@@ -258,11 +258,8 @@ values = [0.2, 0.4, 0.6]
 [emissivity]
 value = 0.5
 """
-    case = HELD_SLAB.replace('"400 K"', '"800 K"').replace("[hot_face]", 'pressure = "1 kPa"\n[hot_face]')
-    case = case.replace('pressure = "1 kPa"\n', "", 1) if False else case
-    case = 'pressure = [["0 s", "1 Pa"], ["50 s", "1 MPa"], ["50 s", "1 kPa"], ["100 s", "1 kPa"]]\n' + case.replace(
-        'pressure = "1 kPa"\n', ""
-    )
+    pressure = '[["0 s", "1 Pa"], ["50 s", "1 MPa"], ["50 s", "1 kPa"], ["100 s", "1 kPa"]]'
+    case = f"pressure = {pressure}\n" + HELD_SLAB.replace('"400 K"', '"800 K"')
     case += '[back_face]\nkind = "cooled"\nheat_transfer_coefficient = "20 W/m^2/K"\nambient = "300 K"\n'
     case += "emissivity = 0.0\n"
     found = run(tmp_path, case, [49.0, 100.0], s=felt)
@@ -381,7 +378,7 @@ def test_gas_from_below_cools_the_ply_above_as_a_counterflow(tmp_path: Path) -> 
     # Steady gas of a zero-order reaction in a thin ply at the back flows through a slab between held faces:
     # T = T_f + (T_b − T_f) (1 − exp(−G c x/k)) / (1 − exp(−G c L/k)).
     case = """
-duration = "400 s"
+duration = "60 s"
 initial_temperature = "600 K"
 decomposition = true
 [[ply]]
@@ -392,7 +389,7 @@ decomposition = false
 [[ply]]
 name = "G"
 material = "g"
-thickness = "1 um"
+thickness = "0.4 mm"
 [[sensor]]
 name = "M"
 depth = "2 mm"
@@ -405,14 +402,9 @@ temperature = "600 K"
 [gas]
 flow = "quasi-steady"
 """
-    source = REACTING.format(reactions=reaction(0.5, 1e-6 / 1e-6 * 0.5, 0.001, 0.01, 0.0)).replace(
-        '"1000 kg/m^3"', '"1e5 kg/m^3"'
-    )
-    case = case.replace('"400 s"', '"60 s"')
-    slow = source.replace('pre_exponential = "0.5 1/s"', 'pre_exponential = "1e-3 1/s"').replace(
-        '"1e5 kg/m^3"', '"9e4 kg/m^3"'
-    )
-    found = run(tmp_path, case.replace('"1 um"', '"0.4 mm"'), [60.0], s=solid(k=0.5, density=100.0), g=slow)
+    slow = REACTING.format(reactions=reaction(0.5, 1e-3, 0.001, 0.01, 0.0))
+    slow = slow.replace('"1000 kg/m^3"', '"9e4 kg/m^3"')
+    found = run(tmp_path, case, [60.0], s=solid(k=0.5, density=100.0), g=slow)
     # The gas has 2000 J/kg/K; the source lies in 0.4 mm of 1 W/m/K at the back: solved as a boundary value problem.
     flux = 0.5 * 9e4 * 4e-4 * 1e-3 * math.exp(-1.0 / (R * 600.0)) * (1.0 - 1e-3 * 60.0) ** 0.01
 
