@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Build the Python package, run its tests, and compare bondline with the solver of tests/oracle. Python packages go into
-# a virtual environment under target/. The wheel shares the library with `cargo test --workspace`.
+# Build the Python package, run its tests, and check the solver of tests/oracle against exact solutions. Python packages
+# go into a virtual environment under target/. The wheel shares the library with `cargo test --workspace`.
 #   --release  build the wheel as it is published, and print its path
 # With BONDLINE_ALL set also what takes minutes or heavier packages: all cases with all commands, a cluster whose
-# workers are killed, all recipes and notebooks of the book, 500 random cases of the oracle in place of 30.
+# workers are killed, all recipes and notebooks of the book, 500 random cases compared with the oracle.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -43,8 +43,9 @@ wheel=$(echo "$wheels"/*.whl)
 cd python
 "$environment/bin/mypy" --strict python/bondline tests
 "$environment/bin/python" -m pytest --quiet
-"$environment/bin/python" -m pytest --quiet ../tests/oracle
+"$environment/bin/python" -m pytest --quiet ../tests/oracle/test_exact_solutions.py
 if [ -n "${BONDLINE_ALL:-}" ]; then
+    "$environment/bin/python" -m pytest --quiet ../tests/oracle/test_random_cases.py
     # The kernel of a notebook is the Python that is first in the path.
     PATH=$environment/bin:$PATH "$environment/bin/python" -m pytest --quiet --nbmake --nbmake-timeout=1200 \
         ../docs/notebooks

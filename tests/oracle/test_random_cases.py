@@ -20,11 +20,8 @@ CASES = 500 if ALL else 30
 # Kinds of violation that bondline still has, each with its reason. One that no longer occurs fails the test, so that it
 # is removed here.
 KNOWN: dict[str, str] = {
-    "peak between instants": "peaks are those of the instants of the traces",
     "reading at 0 s": "an initial profile is read from half cells and their fluxes",
     "gas at 0 s": "gas flux at the start is reported as zero",
-    "pressure": "conductivity at varying pressure comes from a few levels",
-    "tables over temperature": "tables are sampled again every 5 K",
     "single precision": "thin cells of a good conductor, and small losses of mass, lose digits in f32",
     "gas and mass": "slow rates have a floor, and small advancements are left out",
     "foil": "a sensor at a depth within 1 um of an interface is moved onto it",
@@ -32,7 +29,6 @@ KNOWN: dict[str, str] = {
 
 # Words of a refusal by bondline, with why an analyst accepts it.
 ACCEPTED_REFUSALS: dict[str, str] = {
-    "expected a temperature above": "a temperature stated twice in a table is not read yet",
     "takes more than": "the march takes longer than the test waits",
 }
 
