@@ -213,9 +213,9 @@ fn without_observations_there_is_nothing_to_show() {
     assert_eq!((refused.code, refused.stderr.contains("the case has no observations")), (2, true));
 }
 
-/// Temperatures of the first sensor, K.
-fn trace(scratch: &Scratch, case: &str) -> Vec<f64> {
-    run(scratch, &format!("predict {case} --out out-{case}")).succeeded();
+/// Temperatures of the first sensor, K, of a prediction that ends with an exit code.
+fn trace(scratch: &Scratch, case: &str, code: i32) -> Vec<f64> {
+    run(scratch, &format!("predict {case} --out out-{case}")).exited_with(code);
     let table = scratch.read(&format!("out-{case}/traces.csv"));
     let cells = table.lines().skip(1).map(|line| line.split(',').nth(1).expect("a sensor").parse().expect("a number"));
     cells.collect()
@@ -250,9 +250,14 @@ fn a_noisy_driver_smoothed_within_its_noise_gives_the_prediction_of_the_true_one
     ] {
         scratch.write(&format!("{name}/case.toml"), case(file, noise));
     }
-    let true_k = trace(&scratch, "true");
+    let true_k = trace(&scratch, "true", 0);
+    // The noise as measured is beyond what affordable steps resolve: the prediction is written, but ends with code 1.
     let off_k = |name: &str| {
-        let squares = trace(&scratch, name).iter().zip(&true_k).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        let squares = trace(&scratch, name, i32::from(name == "raw"))
+            .iter()
+            .zip(&true_k)
+            .map(|(a, b)| (a - b).powi(2))
+            .sum::<f64>();
         (squares / true_k.len() as f64).sqrt()
     };
     let (raw_k, smooth_k, flat_k) = (off_k("raw"), off_k("smooth"), off_k("flat"));
