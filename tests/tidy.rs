@@ -18,7 +18,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     // A package of its own: of the library it can see nothing.
     ("physics", &[]),
     // A plan states errors of gauges, whose names are in `traces`.
-    ("plan", &["case", "traces", "physics"]),
+    ("plan", &["limits", "case", "traces", "physics"]),
     ("march", &["limits", "plan", "ensemble", "traces", "physics", "user_cache"]),
     ("study", &["limits", "case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Records name the backend, the precision and the loss function.

@@ -1,7 +1,9 @@
 //! Material properties as columns of tables over temperature.
 //!
-//! A table has the nodes of the files and every step of a uniform grid. Between nodes all properties are linear, so that
-//! stated tables are exact, jumps included; a directory finds the row of a temperature. The parts of a conductivity that
+//! A table has the nodes of the files and every step of a uniform grid. Between nodes all properties are linear,
+//! so that
+//! stated tables are exact, jumps included; a directory finds the row of a temperature. The parts of a
+//! conductivity that
 //! are smooth formulas are linear between the nodes of the uniform grid, with values that keep their integral.
 
 mod directory;
@@ -299,7 +301,8 @@ pub(super) fn pores_of(case: &Case, ply: &Ply) -> Vec<Vec<PoreClass<f64>>> {
     ply.material.state_conductivities().map(|(_, conductivity)| pores(conductivity)).collect()
 }
 
-/// Columns of a ply's table at a pressure level: of its states, with `own` conductivity parts of its ply and columns for
+/// Columns of a ply's table at a pressure level: of its states, with `own` conductivity parts of its ply and
+/// columns for
 /// `parts`; then those of the gas.
 fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]: [usize; 2]) -> Vec<Column> {
     let follows_pressure = pressure_changes(case);
