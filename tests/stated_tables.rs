@@ -160,7 +160,8 @@ fn materials_that_follow_the_pressure() -> [String; 2] {
     let head = "name = \"M\"\n[density]\nvalue = \"100 kg/m^3\"\n[heat_capacity]\nvalue = \"1000 J/kg/K\"\n\
                 [emissivity]\nvalue = 0.8\n";
     let pores = "[conductivity]\nsolid = \"0.002 W/m/K\"\nsolid_exponent = 0.5\nrange = [\"250 K\", \"1900 K\"]\n\
-                 extinction = \"4000 1/m\"\npores = [{ share = 0.9, length = \"80 um\" }, { share = 0.1, length = \"200 nm\" }]\n";
+                 extinction = \"4000 1/m\"\n\
+                 pores = [{ share = 0.9, length = \"80 um\" }, { share = 0.1, length = \"200 nm\" }]\n";
     [format!("{head}{tables}"), format!("{head}{pores}")]
 }
 
