@@ -52,7 +52,7 @@ fn properties(step: u32, stage: u32) {
     }
     for (var p = first_ply(); p < end_ply(); p++) {
         let end = end_cell_of(p);
-        if plan.plies[p].rows > 1u || (SENSES_PRESSURE && plan.plies[p].senses_pressure == 1u) {
+        if plan.plies[p].rows > 1u || (DEPENDS_ON_PRESSURE && plan.plies[p].depends_on_pressure == 1u) {
             for (var i = first_cell_of(p); i < end; i++) {
                 mixture_properties(p, i, step, stage);
             }

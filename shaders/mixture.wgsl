@@ -109,7 +109,7 @@ fn mixture(p: u32, temperature_k: real, pressure_pa: real, phases: Phases, with_
     let rows = at_pressure_levels(ply_index(p, temperature_k), plan.tables[p].rows, pressure);
     let conditions = array<real, 2>(temperature_k, pressure_pa);
     var here = mixture_at_level(p, row_at(p, rows[0]), conditions, phases, with_slope);
-    if SENSES_PRESSURE && plan.plies[p].levels > 1u {
+    if DEPENDS_ON_PRESSURE && plan.plies[p].levels > 1u {
         let over = mixture_at_level(p, row_at(p, rows[1]), conditions, phases, with_slope);
         here.conductivity = here.conductivity + pressure.fraction * (over.conductivity - here.conductivity);
         here.slope = here.slope + pressure.fraction * (over.slope - here.slope);
@@ -154,7 +154,7 @@ fn mixture_at_level(
 }
 
 fn pore_factor(p: u32, state: u32, conditions: array<real, 2>) -> real {
-    if !SENSES_PRESSURE {
+    if !DEPENDS_ON_PRESSURE {
         return 1.0;
     }
     let row = plan.plies[p].first_state + state;
@@ -187,7 +187,7 @@ fn cell_pressure_pa(i: u32, step: u32, stage: u32) -> real {
 }
 
 fn pressure_index(p: u32, pressure_pa: real) -> PressureIndex {
-    if !SENSES_PRESSURE || plan.plies[p].levels < 2u {
+    if !DEPENDS_ON_PRESSURE || plan.plies[p].levels < 2u {
         return PressureIndex(0u, 0.0);
     }
     let first = plan.plies[p].first_level;

@@ -1,6 +1,5 @@
-// Linear interpolation in the tables of a plan: twin of src/physics/table.rs. There is one array of tables, as
-// WGSL does
-// not pass storage by reference.
+// Linear interpolation in the tables of a plan: twin of src/physics/table.rs. There is one array of tables, as WGSL
+// does not pass storage by reference.
 
 struct TableIndex {
     row: u32,

@@ -82,8 +82,7 @@ fn error_function(x: f64) -> f64 {
 }
 
 /// Neumann's solution of melting in a half space (Carslaw and Jaeger, Conduction of Heat in Solids, 1959, section
-/// 11.2),
-/// with equal properties of both phases: temperature at a depth, K.
+/// 11.2), with equal properties of both phases: temperature at a depth, K.
 fn neumann_k(depth_m: f64, time_s: f64, [face_k, melting_k, start_k]: [f64; 3], latent_over_c_k: f64) -> f64 {
     let diffusivity_m2_s = 1e-6;
     let balance = |position: f64| {

@@ -138,7 +138,7 @@ def refuse(case, plan):
     scalings = columns(plan["scalings"])
     beyond = {
         "gas, decomposition or a holder": plan["has_gas"] or plan["has_holder"] or plan["states"] > 1,
-        "pressure that changes": plan["senses_pressure"],
+        "pressure that changes": plan["depends_on_pressure"],
         "tables with nodes between multiples of 5 K": plan["has_directories"],
         "steep heat capacities": plan["advances_enthalpy"],
         "conductivity in three parts": plan["parts"] > 2,

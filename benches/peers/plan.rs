@@ -57,7 +57,7 @@ fn march(plan: &Plan) -> Value {
         "places": table(SensorLocation::<u32>::FIELDS, &rows.sensor_locations, SensorLocation::flatten),
         "beads": table(Bead::<f64>::FIELDS, &data.beads, Bead::flatten),
         "parts": rows.conductivity_parts,
-        "senses_pressure": rows.plies.iter().any(|ply| ply.senses_pressure == 1),
+        "depends_on_pressure": rows.plies.iter().any(|ply| ply.depends_on_pressure == 1),
         "advances_enthalpy": rows.has_enthalpy_steps,
         "has_directories": rows.tables.iter().any(|table| table.directory > 0),
         "states": rows.max_states,

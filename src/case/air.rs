@@ -48,9 +48,8 @@ pub fn air_mean_free_path_m(temperature_k: f64, pressure_pa: f64) -> f64 {
 /// Conductivity of air in pores of length L, W/m/K, with the temperature jump at the pore walls.
 ///
 /// `k = k* / (1 + 2 (2−α)/α · 2γ/(γ+1) · Kn/Pr)` with `Kn = λ/L`, which is `k* p/(p + b T)` ([`air_slip_pa_k`]).
-/// Daryabeigi drops one term of the denominator in the
-/// continuum and the other in free molecular flow. Both are used here at all Knudsen numbers: the difference is a few
-/// per cent, and the function has a continuous derivative.
+/// Daryabeigi drops one term of the denominator in the continuum and the other in free molecular flow. Both are used
+/// here at all Knudsen numbers: the difference is a few per cent, and the function has a continuous derivative.
 pub fn air_conductivity_in_pores_w_m_k(temperature_k: f64, pressure_pa: f64, length_m: f64) -> f64 {
     air_conductivity_w_m_k(temperature_k) / (1.0 + air_slip_pa_k(length_m) * temperature_k / pressure_pa)
 }

@@ -80,7 +80,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn properties(&mut self, step: usize, stage: usize) {
         for p in 0..self.scales.plies.len() {
             let ply = &self.plan.plies[p];
-            if ply.rows > 1 || ply.senses_pressure == 1 {
+            if ply.rows > 1 || ply.depends_on_pressure == 1 {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
                     self.mixture_properties(p, i, step, stage);
                 }

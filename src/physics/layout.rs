@@ -138,8 +138,8 @@ rows! {
         /// Buckets of the directory in a table step, and the last bucket; without a directory rows.
         buckets_per_step,
         last_bucket,
-        /// The largest power of two of the row numbers, for a search by enthalpy; zero where steps
-        /// advance temperatures.
+        /// The largest power of two of the row numbers, for a search by enthalpy; zero where steps advance
+        /// temperatures.
         enthalpy_search_span,
     }
 
@@ -160,7 +160,7 @@ rows! {
         first_level,
         levels,
         /// 1 where its conductivity follows a changing pressure, else 0.
-        senses_pressure,
+        depends_on_pressure,
         first_state,
         first_reaction,
         end_reaction,
@@ -271,9 +271,8 @@ pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * MAX_STATES);
 /// Gas columns at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant (kg K/J) and
 /// viscosity (Pa s).
 pub const GAS_COLUMNS: usize = 2 * 4;
-/// Columns at the end of a row of a table for steps that advance enthalpies: lower bound of the heat capacity
-/// (J/kg/K), and
-/// the position of the row in table steps.
+/// Columns at the end of a row of a table for steps that advance enthalpies: lower bound of the heat capacity (J/kg/K),
+/// and the position of the row in table steps.
 pub const ENTHALPY_COLUMNS: usize = 2 * 2;
 /// Maximum number of states of a ply.
 pub const MAX_STATES: usize = 4;

@@ -35,11 +35,9 @@ pub fn eliminate_row<R: Real>(lower: R, diagonal: R, before: R, upper_before: R)
     [lower * before, R::from_f64(1.0) / (diagonal - product * before)]
 }
 
-/// The same for a row of conduction, in f32. The diagonal is that of the eliminated row without the slope of the
-/// flux to
-/// the next cell, which is negated in `slope`; both are sums of positive numbers. Also returns the share of the
-/// diagonal
-/// in the pivot, by which the next row's slope to this one counts.
+/// The same for a row of conduction, in f32. The diagonal is that of the eliminated row without the slope of the flux
+/// to the next cell, which is negated in `slope`; both are sums of positive numbers. Also returns the share of the
+/// diagonal in the pivot, by which the next row's slope to this one counts.
 ///
 /// In a foil the slopes are a million times the heat capacity over the step, which their difference would lose.
 #[inline(always)]

@@ -1,10 +1,8 @@
 //! A case flattened into plain data for the march. Planning cannot fail, because a case is valid.
 //!
-//! Every property becomes a column of a table over temperature with the nodes of the files, so that a look-up is
-//! a floor,
-//! two comparisons and a linear interpolation; every boundary schedule becomes four rows a step; every scaled
-//! quantity refers to a factor
-//! column of the ensemble, and unscaled quantities refer to column 0, which is one.
+//! Every property becomes a column of a table over temperature with the nodes of the files, so that a look-up is a
+//! floor, two comparisons and a linear interpolation; every boundary schedule becomes four rows a step; every scaled
+//! quantity refers to a factor column of the ensemble, and unscaled quantities refer to column 0, which is one.
 
 mod consistency;
 mod depth_readings;

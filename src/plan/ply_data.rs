@@ -25,7 +25,7 @@ pub(super) fn ply_rows(case: &Case, cells: &[(usize, usize)]) -> Vec<Ply<u32>> {
             same_material_above: u32::from(above == Some(&ply.material.id)),
             first_level: level as u32,
             levels: levels as u32,
-            senses_pressure: u32::from(levels > 1 || has_pores),
+            depends_on_pressure: u32::from(levels > 1 || has_pores),
             first_state: state as u32,
             first_reaction: reaction as u32,
             end_reaction: (reaction + reactions) as u32,

@@ -1,10 +1,9 @@
 //! Material properties as columns of tables over temperature.
 //!
-//! A table has the nodes of the files and every step of a uniform grid. Between nodes all properties are linear,
-//! so that
-//! stated tables are exact, jumps included; a directory finds the row of a temperature. The parts of a
-//! conductivity that
-//! are smooth formulas are linear between the nodes of the uniform grid, with values that keep their integral.
+//! A table has the nodes of the files and every step of a uniform grid. Between nodes all properties are linear, so
+//! that stated tables are exact, jumps included; a directory finds the row of a temperature. The parts of a
+//! conductivity that are smooth formulas are linear between the nodes of the uniform grid, with values that keep their
+//! integral.
 
 mod directory;
 
@@ -80,11 +79,13 @@ fn is_steep(heat_capacity: &Table) -> bool {
     })
 }
 
-/// The smallest and the largest value of a table between two temperatures above zero.
+/// The smallest and the largest value of a table with these corners between two temperatures.
 fn range_between(table: &Table, corners_k: &[f64], from_k: f64, to_k: f64) -> (f64, f64) {
     let (from_k, to_k) = (from_k.max(TABLE_START_K), to_k.max(TABLE_START_K));
-    let inside = corners_k.iter().filter(|&&at_k| from_k <= at_k && at_k <= to_k);
-    let inside = inside.flat_map(|&at_k| [table.just_below(at_k), table.at(at_k)]);
+    // By bisection: a table may have 100,000 corners, and this is called for each of them.
+    let first = corners_k.partition_point(|&at_k| at_k < from_k);
+    let end = corners_k.partition_point(|&at_k| at_k <= to_k);
+    let inside = corners_k[first..end].iter().flat_map(|&at_k| [table.just_below(at_k), table.at(at_k)]);
     let values = inside.chain([table.at(from_k), table.just_below(to_k)]);
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
 }
@@ -301,9 +302,8 @@ pub(super) fn pores_of(case: &Case, ply: &Ply) -> Vec<Vec<PoreClass<f64>>> {
     ply.material.state_conductivities().map(|(_, conductivity)| pores(conductivity)).collect()
 }
 
-/// Columns of a ply's table at a pressure level: of its states, with `own` conductivity parts of its ply and
-/// columns for
-/// `parts`; then those of the gas.
+/// Columns of a ply's table at a pressure level: of its states, with `own` conductivity parts of its ply and columns
+/// for `parts`; then those of the gas.
 fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]: [usize; 2]) -> Vec<Column> {
     let follows_pressure = pressure_changes(case);
     let states = conductivity_and_heat_capacity(material).take(tabulated_states(material));

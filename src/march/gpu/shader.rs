@@ -171,7 +171,7 @@ pub(super) fn source_without_lengths(
         ("BACK_IS_OPEN", plan.rows.back_is_open),
         ("DIRECTORIES", plan.rows.tables.iter().any(|table| table.directory > 0)),
         ("ENTHALPY_STEPS", plan.rows.has_enthalpy_steps),
-        ("SENSES_PRESSURE", plan.rows.plies.iter().any(|ply| ply.senses_pressure == 1)),
+        ("DEPENDS_ON_PRESSURE", plan.rows.plies.iter().any(|ply| ply.depends_on_pressure == 1)),
     ];
     for (name, value) in is {
         line(format_args!("const {name} = {value};"));
@@ -192,7 +192,7 @@ pub(super) fn source_without_lengths(
 /// plies have one tabulated state, whose conductivity follows no changing pressure, and steps advance temperatures.
 fn looks_up_in_sweep(plan: &Plan, threads: u32) -> bool {
     let is_plain =
-        plan.rows.gas.is_none() && plan.rows.plies.iter().all(|ply| ply.rows == 1 && ply.senses_pressure == 0);
+        plan.rows.gas.is_none() && plan.rows.plies.iter().all(|ply| ply.rows == 1 && ply.depends_on_pressure == 0);
     threads == 1 && is_plain && !plan.rows.has_enthalpy_steps
 }
 
@@ -275,14 +275,14 @@ fn gas_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     // Volumes, density, weights, properties, enthalpies; at an instant the volumes follow from the reactions.
     let (mixture, _) = each(&|states, _| 5 * states + 5);
     let (_, face) = each(&|states, reactions| reactions + 3 * states + 4);
-    let senses_pressure = plan.rows.plies.iter().any(|ply| ply.senses_pressure == 1);
-    let mixture = if plan.rows.max_states > 1 || senses_pressure { 2 * mixture } else { 0 };
+    let depends_on_pressure = plan.rows.plies.iter().any(|ply| ply.depends_on_pressure == 1);
+    let mixture = if plan.rows.max_states > 1 || depends_on_pressure { 2 * mixture } else { 0 };
     // Of each cell at both stages and at a sensor: levels, and pores of every state at two levels.
     let most = |of: &dyn Fn(&Ply<u32>) -> u32| plan.rows.plies.iter().map(of).max().unwrap_or(0);
     let classes = plan.rows.data.pore_classes.len() as u32;
     let levels = most(&|ply| ply.levels + 2 * ply.rows * (classes + 1));
     let sensors = plan.rows.sensor_locations.len() as u32;
-    let mixture = mixture + if senses_pressure { 2 * (cells + 2 * sensors) * levels } else { 0 };
+    let mixture = mixture + if depends_on_pressure { 2 * (cells + 2 * sensors) * levels } else { 0 };
     // Each stage evaluates both faces and looks ahead in both schedules; a sensor reads the cells on both sides.
     let faces = (6 + 2 * plan.rows.sensor_locations.len() as u32) * face;
     if plan.rows.gas.is_none() {
