@@ -65,6 +65,11 @@ fn rise_by_enthalpy(
     let own = rise_within_row(heat_capacity, column_pair(here, 1u)[1], gained_j_kg);
     let sought_j_kg = integral(here, 1u) + gained_j_kg;
     let last = location.rows - 1u;
+    let next_start_j_kg = column_pair(table_segment(row_start(min(at.row + 1u, last)), location), 3u)[0];
+    let passes_end = sought_j_kg >= next_start_j_kg && at.row < last;
+    if sought_j_kg >= column_pair(here, 3u)[0] && !passes_end {
+        return array<real, 2>(own, least / heat_capacity);
+    }
     var row = 0u;
     for (var span = location.enthalpy_search_span; span > 0u; span = span / 2u) {
         let next = min(row + span, last);
@@ -77,7 +82,7 @@ fn rise_by_enthalpy(
     let position = column_pair(column_offset(found, enthalpy_columns), 1u)[0];
     let from_start_k = rise_within_row(capacity[0], capacity[1], sought_j_kg - column_pair(found, 3u)[0]);
     let beyond_k = (from_start_k + position * TABLE_STEP_K) - temperature_k;
-    return array<real, 2>(select(beyond_k, own, row == at.row), least / heat_capacity);
+    return array<real, 2>(beyond_k, least / heat_capacity);
 }
 
 fn row_start(row: u32) -> TableIndex {

@@ -115,7 +115,16 @@ pub fn rise_by_enthalpy<R: Real>(
     let [_, slope] = column_pair(here, 1);
     let own = rise_within_row(heat_capacity, slope, gained_j_kg);
     let sought_j_kg = integral(here, 1) + gained_j_kg;
-    let last = R::constant_from_f64(f64::from(location.rows - 1));
+    let (one, last) = (R::constant_from_f64(1.0), R::constant_from_f64(f64::from(location.rows - 1)));
+    let [own_start_j_kg, _] = column_pair(here, 3);
+    let [next_start_j_kg, _] =
+        column_pair(table_segment(tables, row_start::<R>((at.row + one).min(last)), location), 3);
+    let passes_end = sought_j_kg.reaches(next_start_j_kg) * (one - at.row.reaches(last));
+    let stays = sought_j_kg.reaches(own_start_j_kg) * (one - passes_end);
+    // Nearly always.
+    if !(one - stays).any_nonzero() {
+        return [own, least / heat_capacity];
+    }
     let mut row = R::constant_from_f64(0.0);
     let mut span = location.enthalpy_search_span;
     while span > 0 {
@@ -131,8 +140,7 @@ pub fn rise_by_enthalpy<R: Real>(
     let [position, _] = column_pair(column_offset(found, enthalpy_columns), 1);
     let from_start_k = rise_within_row(R::from_f64(0.0) + capacity, slope, sought_j_kg - start_j_kg);
     let beyond_k = (from_start_k + position * R::constant_from_f64(TABLE_STEP_K)) - temperature_k;
-    let stays = R::from_f64(0.0) + row.reaches(at.row) * at.row.reaches(row);
-    [stays * own + (R::from_f64(1.0) - stays) * beyond_k, least / heat_capacity]
+    [own * stays + beyond_k * (one - stays), least / heat_capacity]
 }
 
 /// The start of a row.
