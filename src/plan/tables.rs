@@ -24,11 +24,12 @@ use std::sync::Arc;
 
 /// A node this close to a table step is at it, K: the rounding of a temperature in another unit.
 const ROUNDING_K: f64 = 1e-9;
-/// Steps of a ply advance enthalpies if its heat capacity changes within this temperature range by more than this
-/// ratio. A step could otherwise pass over a peak of the heat capacity without the heat that it takes.
+/// Steps of a ply advance enthalpies if the heat over this temperature range differs from that of the mean of the heat
+/// capacities at its ends by more than this share: a step could pass over a peak of the heat capacity without the heat
+/// that it takes. Elsewhere steps that advance temperatures need a quarter of the number for the same error.
 const STEEP_RANGE_K: f64 = 20.0;
-const STEEP_RATIO: f64 = 1.1;
-/// Distance over which the lower bound of a heat capacity holds, K.
+const STEEP_SHARE: f64 = 0.1;
+/// Distance over which the lower bound of a heat capacity holds, and its mean is taken, K.
 const LOWER_BOUND_RANGE_K: f64 = 100.0;
 /// Largest correction of a formula's value at a node that keeps its integral, as a share of the value: near absolute
 /// zero a power law is not smooth on the scale of the grid.
@@ -73,10 +74,31 @@ pub(super) fn advances_enthalpy(material: &Material) -> bool {
 
 fn is_steep(heat_capacity: &Table) -> bool {
     let corners_k = heat_capacity.corners_k();
-    corners_k.iter().flat_map(|&at_k| [at_k, at_k - STEEP_RANGE_K]).any(|from_k| {
-        let (least, most) = range_between(heat_capacity, &corners_k, from_k, from_k + STEEP_RANGE_K);
-        most > STEEP_RATIO * least
+    let heat_j_kg = |from_k: f64, to_k: f64| integral_between(heat_capacity, &corners_k, from_k, to_k);
+    corners_k.iter().any(|&corner_k| {
+        let around_k = [-LOWER_BOUND_RANGE_K, LOWER_BOUND_RANGE_K].map(|by_k| (corner_k + by_k).max(TABLE_START_K));
+        let mean_j_kg_k = heat_j_kg(around_k[0], around_k[1]) / (around_k[1] - around_k[0]);
+        [0.0, 0.5, 1.0].into_iter().any(|share| {
+            let from_k = (corner_k - share * STEEP_RANGE_K).max(TABLE_START_K);
+            let to_k = from_k + STEEP_RANGE_K;
+            let of_ends_j_kg = 0.5 * STEEP_RANGE_K * (heat_capacity.just_below(from_k) + heat_capacity.at(to_k));
+            let missed_j_kg = (heat_j_kg(from_k, to_k) - of_ends_j_kg).abs();
+            missed_j_kg > STEEP_SHARE * STEEP_RANGE_K * mean_j_kg_k
+        })
     })
+}
+
+/// Integral of a table with these corners between two temperatures.
+fn integral_between(table: &Table, corners_k: &[f64], from_k: f64, to_k: f64) -> f64 {
+    let first = corners_k.partition_point(|&at_k| at_k <= from_k);
+    let end = corners_k.partition_point(|&at_k| at_k < to_k);
+    let mut sum = 0.0;
+    let mut start_k = from_k;
+    for &end_k in corners_k[first..end].iter().chain([&to_k]) {
+        sum += 0.5 * (end_k - start_k) * (table.at(start_k) + table.just_below(end_k));
+        start_k = end_k;
+    }
+    sum
 }
 
 /// The smallest and the largest value of a table with these corners between two temperatures.
@@ -395,10 +417,7 @@ fn smooth(function: impl Fn(f64) -> f64) -> Table {
 
 /// Integral of a table from the start of the tables to a temperature.
 pub(super) fn integral_to(table: &Table, temperature_k: f64) -> f64 {
-    let inside = table.corners_k().into_iter().filter(|at_k| TABLE_START_K < *at_k && *at_k < temperature_k);
-    let ends_k: Vec<f64> = std::iter::once(TABLE_START_K).chain(inside).chain([temperature_k]).collect();
-    let trapezoid = |pair: &[f64]| 0.5 * (pair[1] - pair[0]) * (table.at(pair[0]) + table.just_below(pair[1]));
-    ends_k.windows(2).map(trapezoid).sum()
+    integral_between(table, &table.corners_k(), TABLE_START_K, temperature_k)
 }
 
 /// Enthalpy of air at the wall, its slope, then the emissivities of the hot face and of the back face in every state.
@@ -444,4 +463,40 @@ fn gas_columns(case: &Case) -> Vec<Column> {
     ];
     debug_assert_eq!(2 * columns.len(), GAS_COLUMNS, "columns as the layout declares");
     columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heat_capacity(temperatures_k: &[f64], values: &[f64]) -> Table {
+        Table::new(temperatures_k.to_vec(), values.to_vec(), OutOfRange::Clamp).expect("a table")
+    }
+
+    #[test]
+    fn peaks_and_jumps_of_a_heat_capacity_are_steep_and_slopes_are_not() {
+        for (temperatures_k, values, expected) in [
+            (&[300.0, 301.0, 302.0][..], &[1000.0, 50_000.0, 1000.0][..], true),
+            (&[300.0, 360.0, 420.0], &[1000.0, 9000.0, 1000.0], true),
+            (&[300.0, 400.0, 400.0, 500.0], &[1000.0, 1000.0, 1500.0, 1500.0], true),
+            (&[300.0, 400.0, 400.0, 500.0], &[1000.0, 1000.0, 1100.0, 1100.0], false),
+            (&[300.0, 500.0, 1000.0], &[700.0, 1000.0, 1200.0], false),
+            (&[300.0, 400.0, 500.0], &[767.0, 93.0, 1018.0], false),
+        ] {
+            assert_eq!(is_steep(&heat_capacity(temperatures_k, values)), expected, "{temperatures_k:?}, {values:?}");
+        }
+    }
+
+    #[test]
+    fn a_formula_on_table_steps_keeps_its_integral() {
+        let cubic = |temperature_k: f64| 1e-9 * temperature_k.powi(3);
+        let (from_k, to_k) = (300.0_f64, 1500.0_f64);
+        let exact = 1e-9 * (to_k.powi(4) - from_k.powi(4)) / 4.0;
+        let integral = |table: &Table| integral_to(table, to_k) - integral_to(table, from_k);
+        let error = (integral(&smooth(cubic)) / exact - 1.0).abs();
+        let nodes: Vec<f64> = (0..=TABLE_STEPS).map(|step| (TABLE_STEP_K * step as f64).max(1e-6)).collect();
+        let values = nodes.iter().map(|&node_k| cubic(node_k)).collect();
+        let chords = Table { temperatures_k: nodes, values, outside: OutOfRange::Clamp };
+        assert!(error < 1e-9 && (integral(&chords) / exact - 1.0).abs() > 1e-5, "{error}");
+    }
 }

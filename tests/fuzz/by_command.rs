@@ -10,8 +10,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Mutex;
 
-/// Time limit of a mutant, s: a heat capacity that a mutation makes steep marches slowly.
-const SECONDS: usize = 90;
+/// Longest time of one mutant, s, and its memory, KiB.
+const SECONDS: usize = 20;
 const MEMORY_KIB: usize = 2 * 1024 * 1024;
 
 /// Commands that read a case `c`.
