@@ -4,16 +4,18 @@ use super::{Bounds, Case, Emissivity, Face, Property};
 
 /// A factor that takes the emissivity of a face above that of a black surface.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CappedEmissivity<'a> {
+pub struct CappedEmissivity<'a> {
+    /// Name of the factor.
     pub factor: &'a str,
+    /// Name of the ply whose face radiates.
     pub ply: &'a str,
     /// The largest product of factor and emissivity, above one.
     pub product: f64,
 }
 
 impl Case {
-    /// Factors whose nominal value, or one within these bounds, takes the emissivity of a face above one.
-    pub(crate) fn capped_emissivities(&self, bounds: Option<Bounds>) -> Vec<CappedEmissivity<'_>> {
+    /// Factors whose nominal value, or one within `bounds`, takes the emissivity of a face above one.
+    pub fn capped_emissivities(&self, bounds: Option<Bounds>) -> Vec<CappedEmissivity<'_>> {
         let (first, last) = (self.layup.plies.first(), self.layup.plies.last());
         let faces = [(first, &self.exposure.hot_face), (last, &self.exposure.back_face)];
         let of_material = faces.into_iter().filter_map(|(ply, face)| match face {

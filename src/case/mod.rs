@@ -43,7 +43,7 @@ pub use conductivity::{Conductivity, ThreePartConductivity};
 pub use decomposition::{
     Decomposition, GAS_CONSTANT_J_MOL_K, MixtureRule, Pores, PyrolysisHeat, Reaction, ReactionScheme, Residue,
 };
-pub(crate) use emissivity_cap::CappedEmissivity;
+pub use emissivity_cap::CappedEmissivity;
 pub use error::{CaseError, Diagnostic, SourceLocation, unreadable_file_message};
 pub use estimation_settings::{EstimationSettings, LossFunction};
 pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};

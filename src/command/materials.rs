@@ -10,6 +10,7 @@ use crate::command::args::{
 };
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::run::print_renamed_keys;
+use crate::plan::advances_enthalpy;
 use crate::report::files;
 use crate::report::materials;
 use crate::study::run_record::utc_date;
@@ -22,7 +23,7 @@ pub(crate) fn run(action: MaterialsCommand) -> Result<Output, Failure> {
         MaterialsCommand::Check { file } => {
             let (material, renamed_keys) = Material::load_with_renamed_keys(&file)?;
             print_renamed_keys(&renamed_keys);
-            format!("{}: ok\n{}", file.display(), materials::summary(&material))
+            format!("{}: ok\n{}", file.display(), summary(&material))
         }
         MaterialsCommand::Import { from } => match *from {
             ImportCommand::Table(args) => import_table(&args)?,
@@ -91,5 +92,14 @@ fn write(
     };
     let ImportedMaterial { text, material } = import(&record)?;
     files::write_text(out, &text)?;
-    Ok(format!("{}: written\n{}", out.display(), materials::summary(&material)))
+    Ok(format!("{}: written\n{}", out.display(), summary(&material)))
+}
+
+/// What a march makes of a material.
+fn summary(material: &Material) -> String {
+    let text = materials::summary(material);
+    if !advances_enthalpy(material) {
+        return text;
+    }
+    text + "  c_p is steep: steps advance the enthalpy, so that no peak is passed over\n"
 }

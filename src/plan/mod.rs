@@ -35,6 +35,7 @@ use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_prope
 use pyrometer_readings::{PyrometerReading, pyrometer_readings};
 use std::sync::Arc;
 use step_data::{lag_weights, records_at_steps};
+pub use tables::advances_enthalpy;
 use tables::{Tables, state_count};
 pub(crate) use time_grid::instants_s;
 pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeStepControl};

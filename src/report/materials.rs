@@ -83,13 +83,38 @@ pub fn summary(material: &Material) -> String {
     );
     let by_pressure = match &material.conductivity {
         Conductivity::Tables(tables) => tables.as_slice(),
-        Conductivity::ThreePart(_) => &[],
+        Conductivity::ThreePart(_) => {
+            text += "  k: a formula, linear over each 5 K with the same integral\n";
+            &[]
+        }
     };
+    for (pressure_pa, table) in by_pressure {
+        let name = if by_pressure.len() > 1 { format!("k at {pressure_pa} Pa") } else { "k".to_owned() };
+        text += &use_of_table(&name, table);
+    }
+    text += &use_of_table("c_p", &material.heat_capacity);
+    text += &use_of_table("ε", &material.emissivity);
     let tables = by_pressure.iter().map(|(_, table)| table).chain([&material.heat_capacity, &material.emissivity]);
     if tables.into_iter().any(|table| table.outside == OutOfRange::Extrapolate) {
         text += "  tables that extrapolate: linearly, but not below a tenth of their end values\n";
     }
     text + &material.decomposition.as_ref().map_or(String::new(), decomposition::half_conversions)
+}
+
+/// How a march uses a table: at its own temperatures. Empty for a constant.
+fn use_of_table(name: &str, table: &Table) -> String {
+    let temperatures_k = table.temperatures_k();
+    let (Some(first_k), Some(last_k), 2..) = (temperatures_k.first(), temperatures_k.last(), temperatures_k.len())
+    else {
+        return String::new();
+    };
+    let jumps = temperatures_k.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    let jumps = match jumps {
+        0 => String::new(),
+        1 => ", 1 jump".to_owned(),
+        _ => format!(", {jumps} jumps"),
+    };
+    format!("  {name}: {} points from {first_k} to {last_k} K{jumps}, linear between them\n", temperatures_k.len())
 }
 
 /// Density to six digits, kg/m³.
@@ -300,6 +325,15 @@ mod tests {
         std::fs::write(&path, whole).expect("a file in a temporary folder");
         let text = summary(&Material::load(&path).unwrap_or_else(|error| panic!("{error}")));
         assert!(text.contains("at 300 K and 1 atm: k 0.1000 W/m/K (constant)"), "{text}");
+        let melting = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/derivatives/melting.toml");
+        let melting = summary(&Material::load(melting.as_ref()).unwrap_or_else(|error| panic!("{error}")));
+        for expected in [
+            "k at 50 Pa: 4 points from 280 to 1200 K, 1 jump, linear between them",
+            "k at 90000 Pa: 2 points from 280 to 1200 K, linear between them",
+            "c_p: 8 points from 280 to 1200 K, 2 jumps, linear between them",
+        ] {
+            assert!(melting.contains(expected), "{expected}: {melting}");
+        }
         let spoiled = whole.replace("0.10 W/m/K", "0.10 W/m").replace("400, 500", "500, 400");
         std::fs::write(&path, spoiled).expect("a file in a temporary folder");
         let error = Material::load(&path).expect_err("two faults").to_string();
