@@ -66,9 +66,9 @@ impl Tables {
     }
 }
 
-/// Whether steps of a ply of this material advance the enthalpy of its cells, so that they pass over no peak of its heat
-/// capacity: where the heat over 20 K differs by more than a tenth from that of the mean of the heat capacities at both
-/// ends. Where several states have heat capacities of their own, steps advance temperatures.
+/// Whether steps of a ply of this material advance the enthalpy of its cells, so that they pass over no peak of its
+/// heat capacity: where the heat over 20 K differs by more than a tenth from that of the mean of the heat capacities at
+/// both ends. Where several states have heat capacities of their own, steps advance temperatures.
 pub fn advances_enthalpy(material: &Material) -> bool {
     tabulated_states(material) == 1 && is_steep(&material.heat_capacity)
 }

@@ -416,8 +416,8 @@ pub(super) fn some_targets(device: &Device, precision: Precision) -> Vec<Target>
     chosen.map(|case| in_precision(device, case, precision, 1)).collect()
 }
 
-/// Cooperative targets: a holder and quasi-steady gas, and Darcy flow of air and of pyrolysis gas, whose kernels compile
-/// for up to half a minute.
+/// Cooperative targets: a holder and quasi-steady gas, and Darcy flow of air and of pyrolysis gas, whose kernels
+/// compile for up to half a minute.
 pub(super) fn cooperative_targets(device: &Device) -> Vec<Target> {
     of_cooperative(device, &[HELD, QUASI_STEADY, AIR, ABSOLUTE])
 }
