@@ -121,7 +121,7 @@ pub fn rise_by_enthalpy<R: Real>(
         column_pair(table_segment(tables, row_start::<R>((at.row + one).min(last)), location), 3);
     let passes_end = sought_j_kg.reaches(next_start_j_kg) * (one - at.row.reaches(last));
     let stays = sought_j_kg.reaches(own_start_j_kg) * (one - passes_end);
-    // Nearly always.
+    // Most cells stay in their row: the search is for the others.
     if !(one - stays).any_nonzero() {
         return [own, least / heat_capacity];
     }
