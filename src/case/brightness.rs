@@ -107,8 +107,13 @@ impl Radiance {
     }
 
     /// The reading of an instrument set to an emissivity, of a face at a temperature (K) with an emissivity.
-    /// `surroundings` is the logarithm of the radiance that the face reflects.
+    /// `surroundings` is the logarithm of the radiance that the face reflects. NaN where the temperature is not above
+    /// zero, as of a member that diverged.
     pub(crate) fn brightness(self, setting: f64, temperature_k: f64, emissivity: f64, surroundings: f64) -> Brightness {
+        // The series of a band then has no end.
+        if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&temperature_k) {
+            return Brightness { temperature_k: f64::NAN, by_temperature: f64::NAN, by_emissivity_k: f64::NAN };
+        }
         let (own, own_slope) = self.logarithm_and_slope(temperature_k);
         // Radiances relative to the larger one.
         let largest = own.max(surroundings);
@@ -124,7 +129,7 @@ impl Radiance {
     }
 }
 
-/// eˣ F(x).
+/// eˣ F(x), for x above zero; NaN where its cube overflows.
 fn scaled_fraction(x: f64) -> f64 {
     let mut sum = 0.0;
     let mut n = 1.0;
@@ -132,7 +137,7 @@ fn scaled_fraction(x: f64) -> f64 {
         let decay = ((1.0 - n) * x).exp();
         let term = decay * (x * x * x / n + 3.0 * x * x / (n * n) + 6.0 * x / (n * n * n) + 6.0 / (n * n * n * n));
         sum += term;
-        if term < LEAST_TERM * sum {
+        if term < LEAST_TERM * sum || term.is_nan() {
             return sum;
         }
         n += 1.0;
@@ -165,6 +170,20 @@ mod tests {
         };
         let term = |at: usize| weight(at) * planck(shorter_m + width_m * at as f64, temperature_k);
         (0..=PARTS).map(term).sum::<f64>() * width_m / 3.0
+    }
+
+    #[test]
+    fn a_temperature_that_diverged_has_no_reading() {
+        for spectrum in [Spectrum::Band(2.2e-6, 3.3e-6), Spectrum::Band(8e-6, 14e-6)] {
+            let radiance = Radiance::new(spectrum);
+            let surroundings = radiance.logarithm(300.0);
+            for temperature_k in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -4000.0, 0.0] {
+                let read = radiance.brightness(0.9, temperature_k, 0.8, surroundings).temperature_k;
+                assert!(!read.is_finite(), "{temperature_k} K reads {read} K");
+            }
+            assert!(radiance.brightness(0.9, 900.0, 0.8, surroundings).temperature_k.is_finite());
+        }
+        assert!(scaled_fraction(1e200).is_nan(), "a series that overflows ends");
     }
 
     #[test]
