@@ -77,6 +77,10 @@ def predict(program: str, folder: Path, out: Path, precision: str, seconds: floa
     summary, columns, times = {}, {}, np.zeros(0)
     if (out / "summary.json").exists():
         summary = json.loads((out / "summary.json").read_text())
+    # A march that fails has a report, but no values.
+    if "discretisation_error" not in summary:
+        summary = {}
+    if summary:
         with open(out / "traces.csv") as file:
             rows = list(csv.reader(file))
         data = np.array([[float(cell or "nan") for cell in row] for row in rows[1:]])
