@@ -62,13 +62,15 @@ fn main() {
                 turn(2, &mut || march(&mut both, &stencil));
             }
             let [member, tangents, differences] = seconds.map(|seconds| shortest(&seconds).0);
+            // A device whose threads have too little memory has no derivatives.
+            let known = |value: f64| if value.is_finite() { format!("{value:.2}") } else { "none".to_owned() };
             println!(
-                "| {id} | {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+                "| {id} | {} | {} | {:.2} | {} | {} | {:.2} | {:.2} |",
                 title,
                 factors.len(),
                 1e3 * member,
-                1e3 * tangents,
-                tangents / member,
+                known(1e3 * tangents),
+                known(tangents / member),
                 1e3 * differences,
                 differences / member
             );

@@ -3,7 +3,7 @@
 use crate::command::exit::{Failure, Output};
 use crate::march::Precision;
 use crate::march::gpu::device::{self, Adapter, Device};
-use crate::march::gpu::self_tests::SelfTests;
+use crate::march::gpu::self_tests::{PAIRS, RoundingTest, SelfTests};
 use crate::report::terminal::wrap;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -23,7 +23,7 @@ pub(crate) fn run(as_json: bool) -> Result<Output, Failure> {
 }
 
 fn passes(tests: &SelfTests) -> bool {
-    tests.error_free_transformations.iter().all(|(precision, wrong, _)| *precision != Precision::F32 || *wrong == 0)
+    tests.rounding.iter().all(|test| test.precision != Precision::F32 || test.own.sums == 0)
 }
 
 /// The choice of `--backend auto`, with its reason.
@@ -64,14 +64,9 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
         );
         match tests {
             Ok(tests) => {
-                for (precision, wrong, tried) in &tests.error_free_transformations {
-                    let name = if *precision == Precision::F32 { "f32" } else { "f64" };
-                    let verdict = if *wrong == 0 {
-                        format!("exact in {tried} of {tried} sums")
-                    } else {
-                        format!("WRONG in {wrong} of {tried} sums: the device is refused")
-                    };
-                    let _ = writeln!(text, "  rounding {name}    {verdict}");
+                for test in &tests.rounding {
+                    let name = if test.precision == Precision::F32 { "f32" } else { "f64" };
+                    let _ = writeln!(text, "  rounding {name}    {}", verdict_of_rounding(test));
                 }
                 let iterations = tests.loop_iterations;
                 let verdict = if iterations < 1_000_000 {
@@ -89,14 +84,35 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
     text + "\n" + &wrap("", &format!("--backend auto chooses {auto}")).join("\n") + "\n"
 }
 
+/// What the rounding of one precision means for marches.
+fn verdict_of_rounding(RoundingTest { own, used, .. }: &RoundingTest) -> String {
+    let of = |count: usize, what: &str| format!("{count} of {PAIRS} {what} are wrong");
+    let inexact = [of(own.quotients, "quotients"), of(own.roots, "square roots")].join(", ");
+    if own.sums > 0 {
+        format!("{}: the device is refused", of(own.sums, "sums"))
+    } else if own.divides_exactly() {
+        format!("exact in {PAIRS} sums, quotients and square roots")
+    } else if used.divides_exactly() {
+        format!("{inexact}; kernels correct them")
+    } else {
+        format!("{inexact}: results are not those of the CPU to the bit")
+    }
+}
+
 fn as_values(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String {
     let adapters: Vec<Value> = found
         .iter()
         .map(|(adapter, tests)| {
             let tests = match tests {
                 Ok(tests) => {
-                    let sums: Vec<_> = tests.error_free_transformations.iter().map(|(_, wrong, _)| wrong).collect();
-                    json!({ "loop_iterations": tests.loop_iterations, "inexact_sums": sums })
+                    let of = |kind: fn(&RoundingTest) -> usize| tests.rounding.iter().map(kind).collect::<Vec<_>>();
+                    json!({
+                        "loop_iterations": tests.loop_iterations,
+                        "inexact_sums": of(|test| test.own.sums),
+                        "inexact_quotients": of(|test| test.own.quotients),
+                        "inexact_roots": of(|test| test.own.roots),
+                        "inexact_after_correction": of(|test| test.used.quotients + test.used.roots),
+                    })
                 }
                 Err(error) => json!({ "error": error }),
             };

@@ -1,5 +1,6 @@
 //! A device with a reserve: when the device fails during a computation, the processor marches what is left, in the
-//! precision of the device. Its results are bit-identical where the two are twins.
+//! precision of the device, and it differentiates where the device cannot. Its results are bit-identical where the two
+//! are twins.
 
 use super::{Backend, March, MarchError, PendingBatch};
 use crate::ensemble::Ensemble;
@@ -103,7 +104,11 @@ impl March for FallbackMarch {
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
-        self.marches().on_either(|march| march.tangents(plan, points, factors))
+        let mut marches = self.marches();
+        match marches.on_either(|march| march.tangents(plan, points, factors))? {
+            None => marches.reserve.tangents(plan, points, factors),
+            tangents => Ok(tangents),
+        }
     }
 
     fn march_plans(

@@ -10,6 +10,7 @@ use crate::support::{all_numbers, count_differences, max_difference_k};
 use bondline::case::{Case, GasFlowModel, Sensor};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
+use bondline::march::fallback::FallbackMarch;
 use bondline::march::gpu::device::Device;
 use bondline::march::gpu::{COOPERATIVE_THREADS, Gpu, shader};
 use bondline::march::{March, Precision};
@@ -183,6 +184,44 @@ fn a_plan_too_large_for_workgroup_memory_takes_one_thread_a_member() {
             "{room_bytes} of {bytes} bytes"
         );
     }
+}
+
+#[test]
+fn a_plan_too_large_for_the_memory_of_a_thread_takes_a_workgroup_a_member_and_is_differentiated_by_the_processor() {
+    let case = coarsened(case("lcat-2259"));
+    let (plan, ensemble) = (Plan::new(&case), nominal_and_random(&case, 2));
+    let device = |threads, room_bytes| {
+        let mut device = Device::open(adapter(), false).expect("the device opens");
+        device.max_private_bytes = room_bytes;
+        Gpu::new(device, Precision::F32).expect("the device passes its self-tests").with_threads_per_member(threads)
+    };
+    let kernel = Device::open(adapter(), false)
+        .and_then(|device| device.kernel(shader::kernel(&plan, Precision::F32, true, 1, shader::MARCH)))
+        .expect("the kernel compiles");
+    // Columns are longer than the plan by less than 64 cells.
+    let room = |cells: usize| kernel.private_bytes() * (plan.cells() + cells) as u32 / plan.cells() as u32;
+    let chosen = [(room(64), 1), (room(0) - 1, COOPERATIVE_THREADS)].map(|(room_bytes, expected)| {
+        let mut gpu = device(1, room_bytes);
+        assert_eq!(gpu.threads_per_member(&plan, 3).expect("a kernel fits"), expected, "{room_bytes} bytes");
+        gpu
+    });
+    let [mut roomy, mut narrow] = chosen;
+    let points = Ensemble::from_values(case.factors().len(), ensemble.member(0).to_vec());
+    assert!(roomy.tangents(&plan, &points, &[0]).expect("the device marches").is_none(), "twice the columns fit");
+    assert!(narrow.tangents(&plan, &points, &[0]).expect("the device marches").is_none(), "the columns fit");
+    let reserve = || Box::new(Cpu::new(Precision::F32));
+    let tangents =
+        FallbackMarch::new(Box::new(narrow), reserve()).tangents(&plan, &points, &[0]).expect("the processor marches");
+    let expected = reserve().tangents(&plan, &points, &[0]).expect("the processor marches");
+    let values = |of: Option<Traces>| of.expect("the processor differentiates").temperatures_k;
+    assert_eq!(values(tangents), values(expected));
+    let mut device = Device::open(adapter(), false).expect("the device opens");
+    device.max_private_bytes = 100;
+    device.limits.max_compute_workgroup_storage_size = 100;
+    let refused =
+        Gpu::new(device, Precision::F32).expect("the device passes its self-tests").march(&plan, &ensemble, 0..1);
+    let message = refused.err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(message.contains("fit neither the 100 bytes of a thread"), "{message}");
 }
 
 /// More sensors mean more loop turns a step, and fewer steps a dispatch.

@@ -4,6 +4,7 @@
 pub(super) mod injection;
 
 use super::cache::DriverCache;
+use super::correct_rounding::Residual;
 use super::shader;
 use super::spirv::{self, Kernel};
 use crate::march::MarchError;
@@ -19,6 +20,11 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 /// Remedy where no driver is found.
 const REMEDY: &str = "install a Vulkan driver: a vendor's for its hardware, or the software rasteriser \
                       (Debian, Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
+
+/// Most bytes of the private variables of a thread on hardware, which Vulkan does not tell. Drivers reserve them for
+/// every thread that can be resident: on an H200, 132 multiprocessors of 2,048 threads, in at most 4 GiB. There 15,840
+/// bytes compiled, and 15,888 lost the device.
+const MAX_PRIVATE_BYTES: u32 = ((1_u64 << 32) / (132 * 2048)) as u32;
 
 /// A device as described by its driver.
 #[derive(Clone, Debug)]
@@ -125,7 +131,11 @@ pub struct Device {
     pub(crate) limits: wgpu::Limits,
     /// Whether its shaders support f64.
     pub has_f64: bool,
+    /// Most bytes of the private variables of a thread.
+    pub(crate) max_private_bytes: u32,
     pub(super) checks: bool,
+    /// How kernels correct quotients and square roots, if they do.
+    pub(super) residual: Option<Residual>,
     cache: Option<DriverCache>,
     /// The first error since the last check.
     fault: Arc<Mutex<Option<MarchError>>>,
@@ -133,6 +143,9 @@ pub struct Device {
     queue: wgpu::Queue,
     #[cfg(test)]
     pub(super) injection: Arc<Injection>,
+    /// Whether quotients are products with reciprocals, as on some hardware.
+    #[cfg(test)]
+    pub(super) multiplies_by_reciprocals: bool,
 }
 
 /// A call of the driver that can fail.
@@ -208,13 +221,17 @@ impl Device {
             is_software,
             limits,
             has_f64,
+            max_private_bytes: if is_software { u32::MAX } else { MAX_PRIVATE_BYTES },
             checks,
+            residual: None,
             cache,
             fault,
             device,
             queue,
             #[cfg(test)]
             injection: Injection::planned(),
+            #[cfg(test)]
+            multiplies_by_reciprocals: false,
         };
         opened.collect_errors();
         Ok(opened)
@@ -308,7 +325,9 @@ impl Device {
     /// # Errors
     /// When the kernel has no such entry point, or the driver rejects it.
     pub(crate) fn pipeline(&self, kernel: &Kernel, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
-        let compiled = spirv::compile(kernel, entry, self.checks).map_err(|why| self.error(why))?;
+        let compiled = spirv::compile(kernel, entry, self.checks, self.residual).map_err(|why| self.error(why))?;
+        #[cfg(test)]
+        let compiled = if self.multiplies_by_reciprocals { compiled.with_reciprocals() } else { compiled };
         let entry_of = |&(binding, ty): &(u32, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,

@@ -3,7 +3,7 @@
 use bytemuck::Pod;
 
 /// A scalar of a kernel, f32 or f64.
-pub(super) trait DeviceScalar: Pod {
+pub(super) trait DeviceScalar: Pod + Sync {
     fn from_f64(value: f64) -> Self;
     fn to_f64(self) -> f64;
 }

@@ -6,6 +6,7 @@
 //! operation is decorated `NoContraction`: otherwise drivers fuse, reorder and move constants, each differently, and no
 //! two marches are bit-identical.
 
+use super::correct_rounding::{FMA, Residual, with_correct_rounding};
 use super::differentiate::differentiate;
 use super::unused_code::remove_unused;
 use naga::back::spv;
@@ -55,6 +56,12 @@ impl Kernel {
         Self::validate(self.source.clone(), differentiate(&self.module, &self.info, by)?)
     }
 
+    /// Bytes of the private variables of a thread.
+    pub fn private_bytes(&self) -> u32 {
+        let owned = self.module.global_variables.iter().filter(|(_, known)| known.space == AddressSpace::Private);
+        owned.map(|(_, variable)| self.module.types[variable.ty].inner.size(self.module.to_ctx())).sum()
+    }
+
     /// Bytes of the workgroup variables, each rounded up to 16 as WebGPU counts them
     /// (`maxComputeWorkgroupStorageSize`).
     pub fn workgroup_bytes(&self) -> u32 {
@@ -80,11 +87,48 @@ pub struct Compiled {
     pub bindings: Vec<(u32, wgpu::BindingType)>,
 }
 
-/// Compile the entry point `entry` of a kernel. `checks` adds bounds checks, bounded loops and initialised memory.
+#[cfg(test)]
+impl Compiled {
+    /// Each quotient replaced by the product with a reciprocal, which is rounded twice.
+    pub(super) fn with_reciprocals(self) -> Self {
+        const TYPE_FLOAT: u32 = 22;
+        const CONSTANT: u32 = 43;
+        const MULTIPLY: u32 = 133;
+        const DIVIDE: u32 = 136;
+        let mut next = self.words[3];
+        let mut ones = HashMap::new();
+        let mut words = self.words[..HEADER_WORDS].to_vec();
+        for (code, operands) in instructions(&self.words) {
+            match (code, operands) {
+                (TYPE_FLOAT, &[ty, width, ..]) => {
+                    push(&mut words, code, operands);
+                    ones.insert(ty, next);
+                    let long = [ty, next, 0, (1.0_f64.to_bits() >> 32) as u32];
+                    let short = [ty, next, 1.0_f32.to_bits()];
+                    push(&mut words, CONSTANT, if width == 64 { &long } else { &short });
+                }
+                (DIVIDE, &[ty, result, numerator, divisor]) => {
+                    push(&mut words, DIVIDE, &[ty, next, ones[&ty], divisor]);
+                    push(&mut words, MULTIPLY, &[ty, result, numerator, next]);
+                }
+                _ => {
+                    push(&mut words, code, operands);
+                    continue;
+                }
+            }
+            next += 1;
+        }
+        words[3] = next;
+        Self { words, ..self }
+    }
+}
+
+/// Compile the entry point `entry` of a kernel. `checks` adds bounds checks, bounded loops and initialised memory;
+/// `residual` corrects quotients and roots.
 ///
 /// # Errors
 /// When there is no such entry point, or naga cannot write it.
-pub fn compile(kernel: &Kernel, entry: &str, checks: bool) -> Result<Compiled, String> {
+pub fn compile(kernel: &Kernel, entry: &str, checks: bool, residual: Option<Residual>) -> Result<Compiled, String> {
     let Kernel { module, info, .. } = kernel;
     let named = |point: &naga::EntryPoint| point.name == entry;
     let place = module.entry_points.iter().position(named).ok_or_else(|| format!("no entry point {entry:?}"))?;
@@ -119,7 +163,12 @@ pub fn compile(kernel: &Kernel, entry: &str, checks: bool) -> Result<Compiled, S
     let pipeline = spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: entry.to_owned() };
     let words = spv::write_vec(module, info, &options, Some(&pipeline)).map_err(|error| error.to_string())?;
     let bindings = bound.into_iter().map(|(binding, kind)| (binding.binding, kind)).collect();
-    let words = without_contraction(&if checks { words } else { without_initialisers(&words) });
+    let words = if checks { words } else { without_initialisers(&words) };
+    let words = match residual {
+        Some(residual) => with_correct_rounding(&words, residual)?,
+        None => words,
+    };
+    let words = without_contraction(&words);
     Ok(Compiled { words, bindings })
 }
 
@@ -145,11 +194,11 @@ const TEXEL_BINDING: wgpu::BindingType = wgpu::BindingType::StorageTexture {
 };
 
 /// Words of the SPIR-V header.
-const HEADER_WORDS: usize = 5;
+pub(super) const HEADER_WORDS: usize = 5;
 
 /// Opcode and operands of each instruction. In SPIR-V an instruction's first word holds its length in words in the
 /// upper half and the opcode in the lower half.
-fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+pub(super) fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     let mut rest = &words[HEADER_WORDS..];
     std::iter::from_fn(move || {
         let &first = rest.first()?;
@@ -159,7 +208,7 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     })
 }
 
-fn push(words: &mut Vec<u32>, code: u32, operands: &[u32]) {
+pub(super) fn push(words: &mut Vec<u32>, code: u32, operands: &[u32]) {
     words.push((operands.len() as u32 + 1) << 16 | code);
     words.extend(operands);
 }
@@ -195,11 +244,12 @@ fn without_initialisers(words: &[u32]) -> Vec<u32> {
     written
 }
 
-/// Decorates every addition, subtraction, multiplication, division and negation with `NoContraction`: drivers otherwise
-/// factor sums and move constants into products. Decorations precede the first type.
+/// Decorates every addition, subtraction, multiplication, division, negation and fused multiply-add with
+/// `NoContraction`: drivers otherwise factor sums and move constants into products. Decorations precede the first type.
 fn without_contraction(words: &[u32]) -> Vec<u32> {
     const DECORATE: u32 = 71;
     const NO_CONTRACTION: u32 = 42;
+    const EXTENDED: u32 = 12;
     const ARITHMETIC: [u32; 5] = [127, 129, 131, 133, 136];
     const TYPES: std::ops::RangeInclusive<u32> = 19..=39;
     let mut written = words[..HEADER_WORDS].to_vec();
@@ -207,7 +257,9 @@ fn without_contraction(words: &[u32]) -> Vec<u32> {
     for (code, operands) in instructions(words) {
         if TYPES.contains(&code) && !decorated {
             decorated = true;
-            for (_, of) in instructions(words).filter(|(code, _)| ARITHMETIC.contains(code)) {
+            let is_decorated =
+                |(code, of): &(u32, &[u32])| ARITHMETIC.contains(code) || (*code == EXTENDED && of[3] == FMA);
+            for (_, of) in instructions(words).filter(is_decorated) {
                 push(&mut written, DECORATE, &[of[1], NO_CONTRACTION]);
             }
         }
@@ -233,7 +285,7 @@ mod tests {
             @group(0) @binding(3) var<storage, read> unused: array<f32>;
             @compute @workgroup_size(1) fn probe() { out[0] = into[0] + long[7] + short[7] + alone; }";
         let kernel = Kernel::parse(text.to_owned()).expect("the source is valid");
-        let compiled = compile(&kernel, "probe", false).expect("it has the entry point");
+        let compiled = compile(&kernel, "probe", false, None).expect("it has the entry point");
         let mut lengths = variables(&compiled.words);
         lengths.sort_unstable();
         assert_eq!(lengths, [4, 5, 5]);
@@ -257,7 +309,7 @@ mod tests {
         let refused = Kernel::parse("@compute @workgroup_size(1) fn probe() { lost = 1; }".to_owned()).err();
         assert!(refused.is_some_and(|why| why.contains("lost")), "the error names the unknown identifier");
         let without = Kernel::parse("fn probe() {}".to_owned()).expect("the source is valid");
-        assert!(compile(&without, "probe", false).is_err(), "no entry point");
+        assert!(compile(&without, "probe", false, None).is_err(), "no entry point");
     }
 
     #[test]
@@ -267,7 +319,7 @@ mod tests {
             @compute @workgroup_size(1) fn probe() { y[0] = x[0] * x[1] - x[2]; }";
         let kernel = Kernel::parse(text.to_owned()).expect("the source is valid");
         let alone = |kernel: &Kernel| {
-            let words = compile(kernel, "probe", false).expect("it has the entry point").words;
+            let words = compile(kernel, "probe", false, None).expect("it has the entry point").words;
             instructions(&words).filter(|(code, operands)| *code == 71 && operands[1] == 42).count()
         };
         assert_eq!(alone(&kernel), 2);

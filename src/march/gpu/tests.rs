@@ -9,18 +9,31 @@ mod mutation;
 mod probes;
 mod short_marches;
 
-use super::device::{Adapter, Device, adapters};
+use super::device::{Adapter, Device, adapters, find};
 use super::spirv::Kernel;
+use crate::march::Precision;
 use crate::random::RandomStream;
 
-/// The software rasteriser, whose results are the same on every machine.
+/// The software rasteriser, whose results are the same on every machine; or the device whose name contains
+/// `BONDLINE_TEST_DEVICE`.
 fn adapter() -> Adapter {
+    if let Ok(name) = std::env::var("BONDLINE_TEST_DEVICE") {
+        return find(Some(&name)).expect("the device that BONDLINE_TEST_DEVICE names");
+    }
     adapters().into_iter().find(Adapter::is_software).expect("the software Vulkan driver: scripts/test.sh installs it")
 }
 
-/// The software rasteriser, with or without the runtime checks of bounds and loops.
-fn device(checks: bool) -> Device {
-    Device::open(adapter(), checks).expect("the device opens")
+/// The device of the tests, with or without the runtime checks of bounds and loops.
+pub(super) fn device(checks: bool) -> Device {
+    let mut device = Device::open(adapter(), checks).expect("the device opens");
+    if !device.is_software {
+        let precisions: &[Precision] =
+            if device.has_f64 { &[Precision::F32, Precision::F64] } else { &[Precision::F32] };
+        for &precision in precisions {
+            device.adopt_rounding(precision).expect("the test of rounding runs");
+        }
+    }
+    device
 }
 
 /// Uniform random numbers between bounds.

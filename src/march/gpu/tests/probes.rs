@@ -181,7 +181,7 @@ impl<W: Pod + Real<Scalar = W, Constant = W> + PartialEq> Probed<W> {
     fn differing(&self, pipeline: &wgpu::ComputePipeline, mutant: u32) -> Vec<usize> {
         let ones =
             self.device.upload("ones", &[W::scalar(1.0), W::scalar(mutant.into()), W::scalar(0.0), W::scalar(0.0)]);
-        let layout = spirv::compile(&self.kernel, "probe", true).expect("it has the entry point").bindings;
+        let layout = spirv::compile(&self.kernel, "probe", true, None).expect("it has the entry point").bindings;
         let all = self.buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
         let others = [(7, wgpu::BindingResource::TextureView(&self.texels)), (30, ones.as_entire_binding())];
         let bound = all.chain(others).filter(|(binding, _)| layout.iter().any(|(known, _)| known == binding));
