@@ -9,7 +9,7 @@
 //! multiply-add. Where the correction is no number, as for divisors of zero and infinite operands, the device's own
 //! result stays. Results below the smallest normal number are not corrected.
 
-use super::spirv::{HEADER_WORDS, instructions, push};
+use super::spirv_words::{HEADER_WORDS, instructions, push};
 
 const EXTENDED_IMPORT: u32 = 11;
 const EXTENDED: u32 = 12;

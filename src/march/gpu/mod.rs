@@ -27,6 +27,8 @@ pub mod self_tests;
 pub(crate) mod shader;
 #[expect(unreachable_pub, reason = "public in this folder")]
 mod spirv;
+#[expect(unreachable_pub, reason = "public in this folder")]
+mod spirv_words;
 mod state;
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,7 @@
 
 use super::correct_rounding::{FMA, Residual, with_correct_rounding};
 use super::differentiate::differentiate;
+use super::spirv_words::{HEADER_WORDS, instructions, push};
 use super::unused_code::remove_unused;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
@@ -192,26 +193,6 @@ const TEXEL_BINDING: wgpu::BindingType = wgpu::BindingType::StorageTexture {
     format: wgpu::TextureFormat::Rgba32Float,
     view_dimension: wgpu::TextureViewDimension::D2,
 };
-
-/// Words of the SPIR-V header.
-pub(super) const HEADER_WORDS: usize = 5;
-
-/// Opcode and operands of each instruction. In SPIR-V an instruction's first word holds its length in words in the
-/// upper half and the opcode in the lower half.
-pub(super) fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
-    let mut rest = &words[HEADER_WORDS..];
-    std::iter::from_fn(move || {
-        let &first = rest.first()?;
-        let (instruction, after) = rest.split_at((first >> 16) as usize);
-        rest = after;
-        Some((first & 0xffff, &instruction[1..]))
-    })
-}
-
-pub(super) fn push(words: &mut Vec<u32>, code: u32, operands: &[u32]) {
-    words.push((operands.len() as u32 + 1) << 16 | code);
-    words.extend(operands);
-}
 
 /// Removes the initialisers of private arrays of more than [`MAX_INITIALISED_LENGTH`] elements; types precede the
 /// variables that use them.
