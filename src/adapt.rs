@@ -63,6 +63,8 @@ const COARSENING_WORK_RATIO: f64 = 0.97;
 /// march.
 const VERIFICATION_ROUNDS: usize = 3;
 const MAX_VERIFICATION_CELL_STEPS: f64 = 4e7;
+/// Most times that the steps are doubled for members that diverge.
+const COMPLETING_ROUNDS: usize = 2;
 /// Corners of the factor bounds that are marched: one SIMD group.
 const CORNER_MEMBERS: usize = 8;
 
@@ -263,6 +265,11 @@ pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchErro
             times = 0.5 * (1.0 + times);
         }
     }
+    if let Some((completed, finer)) = completing(&trials, case, &stated, &discretisation, &plan)? {
+        let halved = trials.march(&stated.rediscretised(case, completed.refined(2)), &nominal)?;
+        estimate = OutputErrors::twofold(&trials.march(&finer, &nominal)?, &halved, tolerance_k);
+        (discretisation, plan) = (completed, finer);
+    }
     // On coarse plans the error does not converge at its order yet: verify with four times the cells and steps.
     for _ in 0..VERIFICATION_ROUNDS {
         let quartered = stated.rediscretised(case, discretisation.refined(4));
@@ -291,18 +298,56 @@ pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchErro
     Ok(plan)
 }
 
-/// The largest error of the members at corners of the factors' small bounds that complete, K: all factors low, all
-/// high, and alternating patterns.
+/// A plan with twice the steps, or four times, if on this one members at corners of the factors' large bounds diverge
+/// that do not diverge there: a fit may visit them.
+fn completing(
+    trials: &Trials<'_>,
+    case: &Case,
+    stated: &Plan,
+    discretisation: &Discretisation,
+    plan: &Plan,
+) -> Result<Option<(Discretisation, Plan)>, MarchError> {
+    if case.factors.is_empty() {
+        return Ok(None);
+    }
+    let corners = corners(case, Bounds::Large);
+    let diverging = |plan: &Plan| -> Result<usize, MarchError> {
+        let statuses = trials.march(plan, &corners)?.statuses;
+        Ok(statuses.iter().filter(|status| matches!(status, MemberStatus::Diverged { .. })).count())
+    };
+    let mut number = diverging(plan)?;
+    let mut denser = discretisation.clone();
+    let mut completed = None;
+    for _ in 0..COMPLETING_ROUNDS {
+        if number == 0 {
+            break;
+        }
+        denser = denser.with_twice_the_steps();
+        let finer = stated.rediscretised(case, denser.clone());
+        let remaining = diverging(&finer)?;
+        if remaining < number {
+            (completed, number) = (Some((denser.clone(), finer)), remaining);
+        }
+    }
+    Ok(completed)
+}
+
+/// Members at corners of bounds of the factors: all low, all high, and alternating patterns.
+fn corners(case: &Case, bounds: Bounds) -> Ensemble {
+    let row = |corner: usize| {
+        let is_high = move |factor: usize| (factor & (corner / 2)).count_ones() as usize % 2 != corner % 2;
+        let ends = case.factors.iter().map(|factor| factor.bounds(bounds)).enumerate();
+        ends.map(move |(factor, (low, high))| if is_high(factor) { high } else { low })
+    };
+    Ensemble::from_values(case.factors.len(), (0..CORNER_MEMBERS).flat_map(row).collect())
+}
+
+/// The largest error of the members at corners of the factors' small bounds that complete, K.
 fn corners_k(trials: &Trials<'_>, case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, MarchError> {
     if case.factors.is_empty() {
         return Ok(None);
     }
-    let row = |corner: usize| {
-        let is_high = move |factor: usize| (factor & (corner / 2)).count_ones() as usize % 2 != corner % 2;
-        let ends = case.factors.iter().map(|factor| factor.bounds(Bounds::Small)).enumerate();
-        ends.map(move |(factor, (low, high))| if is_high(factor) { high } else { low })
-    };
-    let ensemble = Ensemble::from_values(case.factors.len(), (0..CORNER_MEMBERS).flat_map(row).collect());
+    let ensemble = corners(case, Bounds::Small);
     let (base, finer) = rayon::join(|| trials.march(plan, &ensemble), || trials.march(finer, &ensemble));
     let (base, finer) = (base?, finer?);
     let errors_k = (0..CORNER_MEMBERS).map(|corner| TWOFOLD_ERROR_RATIO * largest_difference_k(&base, &finer, corner));

@@ -41,7 +41,7 @@
 //! let mut hottest_k = 0.0_f64;
 //! let found = session.uncertainty_with(&options, &mut |_, traces| {
 //!     for member in 0..traces.members() {
-//!         hottest_k = traces.trace(member, back).iter().copied().fold(hottest_k, f64::max);
+//!         hottest_k = hottest_k.max(traces.peak(member, back).temperature_k);
 //!     }
 //! })?;
 //! assert!(hottest_k > 700.0, "the nominal back face reaches 633 K");

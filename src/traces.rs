@@ -1,4 +1,4 @@
-//! Results of a march: temperatures, gauges, balances and status of each member.
+//! Results of a march: temperatures, peaks, gauges, balances and status of each member.
 
 use std::ops::Range;
 
@@ -20,12 +20,43 @@ pub struct Traces {
     pub limited_k: Vec<f64>,
     /// Member × gauge × instant, in the unit of each [`Gauge`]; empty where nothing decomposes and no gas flows.
     pub gauges: Vec<f64>,
+    /// Member × sensor: the peak over the whole march, between the instants too.
+    pub peaks: Vec<Peak>,
+    /// Member × limit: the peak of each part that has a temperature limit; empty without limits.
+    pub limited_peaks: Vec<Peak>,
+    /// Member × limit: time above the limit, s; empty without limits.
+    pub times_above_s: Vec<f64>,
+    /// Member × gauge: the extreme of each gauge; empty where nothing decomposes and no gas flows.
+    pub gauge_peaks: Vec<GaugePeak>,
     /// One per member.
     pub statuses: Vec<MemberStatus>,
     /// One per member.
     pub balances: Vec<Balance>,
     /// Member × ply: lowest and highest temperature, K.
     pub extremes_k: Vec<(f64, f64)>,
+}
+
+/// The peak of a trace: its highest temperature over the whole march, whatever the instants, from the steps of the
+/// march and the curve between them. Of a derivative, the derivative at the time of its member's peak.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[non_exhaustive]
+pub struct Peak {
+    /// The highest temperature, K.
+    pub temperature_k: f64,
+    /// The time at which it is first reached, s.
+    pub time_s: f64,
+}
+
+/// The extreme of a gauge over the whole march, whatever the instants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[non_exhaustive]
+pub struct GaugePeak {
+    /// The value of largest magnitude, with its sign: a gas flux that is always inward has no positive peak.
+    pub value: f64,
+    /// The time at which it is first reached, s.
+    pub time_s: f64,
 }
 
 /// A scalar output of the whole layup, in addition to its sensors.
@@ -220,6 +251,10 @@ impl Traces {
             temperatures_k: Vec::new(),
             limited_k: Vec::new(),
             gauges: Vec::new(),
+            peaks: Vec::new(),
+            limited_peaks: Vec::new(),
+            times_above_s: Vec::new(),
+            gauge_peaks: Vec::new(),
             statuses: Vec::new(),
             balances: Vec::new(),
             extremes_k: Vec::new(),
@@ -232,6 +267,10 @@ impl Traces {
         self.temperatures_k.extend_from_slice(member_slice(&other.temperatures_k, count, of));
         self.limited_k.extend_from_slice(member_slice(&other.limited_k, count, of));
         self.gauges.extend_from_slice(member_slice(&other.gauges, count, of));
+        self.peaks.extend_from_slice(member_slice(&other.peaks, count, of));
+        self.limited_peaks.extend_from_slice(member_slice(&other.limited_peaks, count, of));
+        self.times_above_s.extend_from_slice(member_slice(&other.times_above_s, count, of));
+        self.gauge_peaks.extend_from_slice(member_slice(&other.gauge_peaks, count, of));
         self.statuses.extend_from_slice(member_slice(&other.statuses, count, of));
         self.balances.extend_from_slice(member_slice(&other.balances, count, of));
         self.extremes_k.extend_from_slice(member_slice(&other.extremes_k, count, of));
@@ -246,6 +285,42 @@ impl Traces {
     pub fn trace(&self, member: usize, sensor: usize) -> &[f64] {
         let start = (member * self.sensors + sensor) * self.instants;
         &self.temperatures_k[start..start + self.instants]
+    }
+
+    /// The peak of one member at one sensor.
+    pub fn peak(&self, member: usize, sensor: usize) -> Peak {
+        self.peaks[member * self.sensors + sensor]
+    }
+
+    /// The peaks of one member, one per sensor.
+    pub fn member_peaks(&self, member: usize) -> &[Peak] {
+        &self.peaks[member * self.sensors..(member + 1) * self.sensors]
+    }
+
+    /// The peak of one member in the part of a limit.
+    ///
+    /// # Panics
+    /// When there is no such limit.
+    pub fn limited_peak(&self, member: usize, limit: usize) -> Peak {
+        self.limited_peaks[member * self.limits() + limit]
+    }
+
+    /// The time for which one member is above a limit in its part, s.
+    ///
+    /// # Panics
+    /// When there is no such limit.
+    pub fn time_above_s(&self, member: usize, limit: usize) -> f64 {
+        self.times_above_s[member * self.limits() + limit]
+    }
+
+    /// The extreme of one gauge of one member; `None` where gauges were not recorded.
+    pub fn gauge_peak(&self, member: usize, gauge: Gauge) -> Option<GaugePeak> {
+        self.gauge_peaks.get(member * Gauge::ALL.len() + gauge as usize).copied()
+    }
+
+    /// Number of temperature limits.
+    pub(crate) fn limits(&self) -> usize {
+        self.limited_peaks.len() / self.members().max(1)
     }
 
     /// Hottest temperatures of one member in the part of a limit over the instants, K.
@@ -299,17 +374,7 @@ mod tests {
     #[test]
     fn gauges_lie_member_by_member_in_their_order() {
         let gauges = (0..2 * Gauge::ALL.len() * 3).map(|n| n as f64).collect();
-        let traces = Traces {
-            first: 0,
-            sensors: 0,
-            instants: 3,
-            temperatures_k: Vec::new(),
-            limited_k: Vec::new(),
-            gauges,
-            statuses: vec![MemberStatus::Completed; 2],
-            balances: Vec::new(),
-            extremes_k: Vec::new(),
-        };
+        let traces = Traces { gauges, statuses: vec![MemberStatus::Completed; 2], ..Traces::empty(0, 0, 3) };
         for (index, gauge) in Gauge::ALL.into_iter().enumerate() {
             let first = (3 * (Gauge::ALL.len() + index)) as f64;
             assert_eq!(traces.gauge(1, gauge), Some([first, first + 1.0, first + 2.0].as_slice()));

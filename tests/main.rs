@@ -25,6 +25,7 @@ mod output_instants; // sample times between output instants
 #[cfg(unix)]
 mod outputs; // columns, keys and screens against docs/reference/outputs.md
 mod paper; // the chapter on the figures of the paper
+mod peaks; // peaks between output instants: exact solutions, probabilities, derivatives, times above limits
 mod posterior; // posteriors against linear intervals and profiles; prediction of unfitted sensors
 mod pyrometer; // readings by Planck's law; estimates from them
 mod rare_probability; // sampling until an interval is narrow, rare probabilities

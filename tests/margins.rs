@@ -13,9 +13,8 @@ use std::fs;
 
 /// Density, heat capacity and conductivity of the material of every case here, SI.
 const CONSTANT: (f64, f64, f64) = (200.0, 1000.0, 0.05);
-/// Tolerance of cells and steps in the cases, K; and what linear and parabolic interpolation between instants adds.
+/// Tolerance of cells and steps in the cases, K.
 const TOLERANCE_K: f64 = 0.05;
-const INTERPOLATION_K: f64 = 0.02;
 
 fn load(text: &str) -> Case {
     let material = fs::read_to_string(root().join("cases/slab/materials/constant.toml")).expect("a shipped material");
@@ -170,8 +169,8 @@ fn a_peak_between_two_instants_is_that_of_the_exact_solution() {
         .map(|time_s| (time_s, face_k(time_s)))
         .fold((0.0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
     let [top, interface, rest] = found[..] else { panic!("{found:?}") };
-    assert!((top.peak.temperature_k - peak_k).abs() < TOLERANCE_K + INTERPOLATION_K, "{top:?}, exact {peak_k}");
-    assert!((top.peak.time_s - peak_s).abs() < 0.1 && top.interpolated_k > 1e-3, "{top:?}, exact {peak_s} s");
+    assert!((top.peak.temperature_k - peak_k).abs() < TOLERANCE_K, "{top:?}, exact {peak_k}");
+    assert!((top.peak.time_s - peak_s).abs() < 0.1, "{top:?}, exact {peak_s} s");
     // The lower ply is hottest at the interface.
     assert!((rest.peak.temperature_k - interface.peak.temperature_k).abs() < 1e-3, "{rest:?} {interface:?}");
     assert!(rest.peak.temperature_k < peak_k - 10.0);
@@ -194,7 +193,8 @@ temperature.outside = "hold"
     assert_eq!((found[1].peak.temperature_k, found[1].margin_k), (1000.0, -200.0));
 }
 
-/// After a quench the hottest point is inside, at the first temperature; no parabola rises above it.
+/// After a quench the hottest point is inside, at the first temperature; no curve rises above it. The scheme does, by
+/// less than a microkelvin.
 #[test]
 fn the_peak_of_a_quenched_ply_is_its_first_temperature() {
     let text = r#"
@@ -206,7 +206,7 @@ hot_face = { kind = "held", temperature = "300 K" }
 back_face = { kind = "held", temperature = "300 K" }
 "#;
     let found = margins(text);
-    assert!((found[0].peak.temperature_k - 500.0).abs() < 1e-9, "{found:?}");
+    assert!((found[0].peak.temperature_k - 500.0).abs() < 1e-6, "{found:?}");
 }
 
 /// A slab without radiation is linear in the flux, so its peak is a line in the factor of the flux.

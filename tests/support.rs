@@ -289,7 +289,7 @@ pub(crate) fn without_run(mut summary: Value) -> Value {
     summary
 }
 
-/// All numbers of traces: temperatures, those of limits, gauges, heats, masses and extremes.
+/// All numbers of traces: temperatures, those of limits, gauges, peaks, heats, masses and extremes.
 pub(crate) fn all_numbers(traces: &Traces) -> Vec<f64> {
     let heats = traces.balances.iter().flat_map(|b| {
         let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
@@ -299,7 +299,10 @@ pub(crate) fn all_numbers(traces: &Traces) -> Vec<f64> {
     let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
     let gauges = traces.gauges.iter().copied();
     let readings = traces.temperatures_k.iter().chain(&traces.limited_k).copied();
-    readings.chain(gauges).chain(heats).chain(extremes).collect()
+    let peaks = traces.peaks.iter().chain(&traces.limited_peaks).flat_map(|peak| [peak.temperature_k, peak.time_s]);
+    let of_gauges = traces.gauge_peaks.iter().flat_map(|peak| [peak.value, peak.time_s]);
+    let peaks = peaks.chain(of_gauges).chain(traces.times_above_s.iter().copied());
+    readings.chain(gauges).chain(peaks).chain(heats).chain(extremes).collect()
 }
 
 /// Count of numbers that are not bit-identical, and of members whose status differs.

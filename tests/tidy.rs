@@ -46,6 +46,7 @@ const HOMES: &[(&str, &[&str])] = &[
             "src/march/cpu.rs",
             "src/march/gpu/gather.rs",
             "src/march/mod.rs",
+            "src/march/record_peaks.rs",
             "src/march/richardson.rs",
             "src/study/statistics",
             "src/study/uncertainty.rs",

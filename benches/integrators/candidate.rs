@@ -82,10 +82,13 @@ pub(crate) fn readings(method: Method, cells: &Plan, steps: &Plan, columns: &[f6
             records.iter_mut().enumerate().for_each(|(sensor, of)| of.push(layup.read(temperatures, sensor)));
         }
     });
-    let Some(readout) = steps.interpolation() else { return records.concat() };
-    let mut readings = Vec::with_capacity(sensors * readout.instant_count());
-    records.iter().for_each(|records| readout.interpolate(records, &mut readings));
-    readings
+    let readout = steps.interpolation();
+    let read = |records: &Vec<f64>| {
+        let mut readings = vec![0.0; readout.instant_count()];
+        readout.interpolate(records, &mut readings);
+        readings
+    };
+    records.iter().flat_map(read).collect()
 }
 
 /// The largest difference, K; infinite if one is NaN.

@@ -83,10 +83,7 @@ fn nodes(location: &TableLocation<u32>, tables: &[f64]) -> Vec<Vec<f64>> {
 
 /// Interpolation stencil of each instant: records and weights.
 fn taps(plan: &Plan) -> Vec<Vec<(usize, f64)>> {
-    match plan.interpolation() {
-        Some(readout) => readout.stencils().iter().map(|taps| taps.to_vec()).collect(),
-        None => (0..plan.rows().records).map(|record| vec![(record, 1.0)]).collect(),
-    }
+    plan.interpolation().stencils().iter().map(|taps| taps.to_vec()).collect()
 }
 
 /// Rows with the names of their fields.

@@ -19,6 +19,11 @@ use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
+/// Traces of members, and their peaks.
+type TracesAndPeaks<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>);
+/// The same with their derivatives.
+type DerivedTracesAndPeaks<'py> = (Bound<'py, PyArray4<f64>>, Bound<'py, PyArray4<f64>>);
+
 /// A session, and the options that it was opened with.
 struct OpenSession {
     options: Vec<String>,
@@ -190,7 +195,8 @@ impl Case {
         Ok(instants.into_pyarray(py))
     }
 
-    /// Temperatures of members, K: member × sensor × instant. A member that fails has NaN.
+    /// Temperatures of members, K: member × sensor × instant; and their peaks: member × sensor × temperature, K, and
+    /// time, s. A member that fails has NaN.
     #[pyo3(signature = (points, options, report=None))]
     fn march<'py>(
         &self,
@@ -198,7 +204,7 @@ impl Case {
         points: PyReadonlyArray2<'py, f64>,
         options: Vec<String>,
         report: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    ) -> PyResult<TracesAndPeaks<'py>> {
         let members = ensemble(&points)?;
         let [sensors, instants] = self.with_session(py, &options, report.as_ref(), |session| {
             Ok([session.case().sensors().len(), session.plan().instants_s().len()])
@@ -209,18 +215,43 @@ impl Case {
         let found = empty.cast_into::<PyArray3<f64>>()?;
         let mut writable = found.readwrite();
         let values = writable.as_slice_mut()?;
-        self.with_session(py, &options, report.as_ref(), move |session| {
+        let shape = [members.len(), sensors, 2];
+        let peaks = self.with_session(py, &options, report.as_ref(), move |session| {
+            let mut peaks = Vec::new();
             let take = &mut |batch: &Traces| {
                 let start = batch.first * sensors * instants;
                 question::copy_temperatures(batch, &mut values[start..start + batch.temperatures_k.len()]);
+                peaks.extend(question::peaks(batch));
             };
-            session.march_with(&members, take).map_err(|error| errors::session_error(&error))
+            session.march_with(&members, take).map_err(|error| errors::session_error(&error))?;
+            Ok(peaks)
         })?;
         drop(writable);
-        Ok(found)
+        Ok((found, PyArray::from_vec(py, peaks).reshape(shape)?))
     }
 
-    /// Temperatures and their exact derivatives: member × (1 + factor) × sensor × instant.
+    /// Peaks of members: member × sensor × temperature, K, and time, s. A member that fails has NaN.
+    #[pyo3(signature = (points, options, report=None))]
+    fn peaks<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+        options: Vec<String>,
+        report: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let members = ensemble(&points)?;
+        let count = members.len();
+        let (sensors, peaks) = self.with_session(py, &options, report.as_ref(), move |session| {
+            let mut peaks = Vec::new();
+            let take = &mut |batch: &Traces| peaks.extend(question::peaks(batch));
+            session.march_with(&members, take).map_err(|error| errors::session_error(&error))?;
+            Ok((session.case().sensors().len(), peaks))
+        })?;
+        PyArray::from_vec(py, peaks).reshape([count, sensors, 2])
+    }
+
+    /// Temperatures and their exact derivatives: member × (1 + factor) × sensor × instant; and those of the peaks:
+    /// member × (1 + factor) × sensor × temperature and time.
     #[pyo3(signature = (points, factors, options, report=None))]
     fn tangents<'py>(
         &self,
@@ -229,7 +260,7 @@ impl Case {
         factors: Vec<usize>,
         options: Vec<String>,
         report: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray4<f64>>> {
+    ) -> PyResult<DerivedTracesAndPeaks<'py>> {
         let members = ensemble(&points)?;
         let (count, width) = (members.len(), 1 + factors.len());
         let traces = self.with_session(py, &options, report.as_ref(), move |session| {
@@ -237,7 +268,9 @@ impl Case {
             traces.ok_or_else(|| errors::DeviceError::new_err("the backend has no derivatives"))
         })?;
         let shape = [count, width, traces.sensors, traces.instants];
-        PyArray::from_vec(py, question::temperatures(traces)).reshape(shape)
+        let peaks = question::peaks(&traces).collect();
+        let peaks = PyArray::from_vec(py, peaks).reshape([count, width, traces.sensors, 2])?;
+        Ok((PyArray::from_vec(py, question::temperatures(traces)).reshape(shape)?, peaks))
     }
 
     /// The samples that are fitted: sensor, instant, measured temperature in K and standard deviation in K.

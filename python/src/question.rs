@@ -7,7 +7,7 @@ use bondline::command::args::{Command, FitArgs, ObservationArgs, PosteriorArgs, 
 use bondline::command::run::load_all;
 use bondline::report::files::OutputFolder;
 use bondline::session::{EstimateOptions, SessionError, StudyOptions};
-use bondline::traces::{MemberStatus, Traces};
+use bondline::traces::{MemberStatus, Peak, Traces};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -42,11 +42,12 @@ impl Answers {
     }
 }
 
-/// The members of a sweep: factors (member × factor), temperatures in K (member × sensor × instant), and whether each
-/// has completed.
+/// The members of a sweep: factors (member × factor), temperatures in K (member × sensor × instant), peaks (member ×
+/// sensor × temperature in K and time in s), and whether each has completed.
 pub(crate) struct Members {
     factors: Vec<f64>,
     temperatures_k: Vec<f64>,
+    peaks: Vec<f64>,
     completed: Vec<bool>,
     shape: [usize; 3],
 }
@@ -62,8 +63,9 @@ impl<'py> IntoPyObject<'py> for Members {
         let factors: Bound<'py, PyArray2<f64>> = self.factors.into_pyarray(py).reshape([members, width])?;
         let temperatures: Bound<'py, PyArray3<f64>> =
             self.temperatures_k.into_pyarray(py).reshape([members, sensors, instants])?;
+        let peaks: Bound<'py, PyArray3<f64>> = self.peaks.into_pyarray(py).reshape([members, sensors, 2])?;
         let completed = self.completed.into_pyarray(py);
-        Ok((factors, temperatures, completed).into_pyobject(py)?.into_any())
+        Ok((factors, temperatures, peaks, completed).into_pyobject(py)?.into_any())
     }
 }
 
@@ -76,6 +78,16 @@ pub(crate) fn temperatures(mut traces: Traces) -> Vec<f64> {
         }
     }
     traces.temperatures_k
+}
+
+/// The peaks of marches: member × sensor × temperature, K, and time, s; NaN for members that failed.
+pub(crate) fn peaks(traces: &Traces) -> impl Iterator<Item = f64> + '_ {
+    let of_member = |member: usize| {
+        let is_completed = traces.statuses[member] == MemberStatus::Completed;
+        let both = move |peak: &Peak| if is_completed { [peak.temperature_k, peak.time_s] } else { [f64::NAN; 2] };
+        traces.member_peaks(member).iter().flat_map(both)
+    };
+    (0..traces.members()).flat_map(of_member)
 }
 
 /// Copies the temperatures of marches, with NaN for members that failed.
@@ -103,6 +115,7 @@ pub(crate) fn ask(
         let mut members = keeps_members.then(|| Members {
             factors: Vec::new(),
             temperatures_k: Vec::new(),
+            peaks: Vec::new(),
             completed: Vec::new(),
             shape: [0, session.case().sensors().len(), session.plan().instants_s().len()],
         });
@@ -148,6 +161,7 @@ fn answer(session: &mut Session, question: &Command, members: Option<&mut Member
                     members.completed.push(traces.statuses[member] == MemberStatus::Completed);
                     members.shape[0] += 1;
                 }
+                members.peaks.extend(peaks(traces));
                 let mut batch = Traces::empty(traces.first, traces.sensors, traces.instants);
                 batch.extend(traces, 0..traces.members());
                 members.temperatures_k.extend(temperatures(batch));

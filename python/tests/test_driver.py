@@ -109,7 +109,7 @@ def test_um_bridge_gets_values_gradients_and_jacobians(slab: bondline.Case, addr
     assert np.allclose(gradient, residuals @ jacobian)
     assert np.allclose(post(address, "/ApplyJacobian", vec=[0.0, 1.0], **place)["output"], jacobian[:, 1])
     peaks = post(address, "/Evaluate", name="peaks", input=[x])["output"]
-    assert peaks == [slab.march([x])[0].max(axis=1).tolist()]
+    assert peaks == [slab.peaks([x])[0][0].tolist()]
 
 
 def test_um_bridge_names_what_is_wrong(address: str) -> None:

@@ -31,6 +31,19 @@ def test_points_of_a_wrong_shape_are_refused_by_name(slab: bondline.Case) -> Non
         slab.march([[1.0, 1.0], [np.nan, 1.0]])
 
 
+def test_peaks_do_not_depend_on_the_instants(slab: bondline.Case) -> None:
+    # The front face falls once the flux ends, between two instants.
+    points = "[['0 s', '2 kW/m^2'], ['123.4 s', '2 kW/m^2'], ['123.4 s', '0 W/m^2']]"
+    flux = {"hot_face.flux": "{points = " + points + ", outside = 'zero'}"}
+    pulsed = [slab.with_(flux | {"resolution.output_interval": f"{every} s"}) for every in (1, 100)]
+    front = slab.sensors.index("FACE")
+    (fine_k, fine_s), (rough_k, rough_s) = (case.peaks([[1.0, 1.0], [1.0, 1.1]]) for case in pulsed)
+    assert fine_k.shape == (2, len(slab.sensors))
+    assert rough_k == pytest.approx(fine_k, abs=0.1)
+    assert fine_s[:, front] == pytest.approx(123.4) and rough_s[:, front] == pytest.approx(123.4)
+    assert pulsed[1].march([[1.0, 1.0]])[0, front].max() < rough_k[0, front] - 1.0
+
+
 def test_derivatives_agree_with_differences(slab: bondline.Case) -> None:
     step = 1e-5
     at, slopes = slab.tangents([[1.0, 1.0]])

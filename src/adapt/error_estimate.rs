@@ -1,7 +1,7 @@
 //! Discretisation error of every output, from the difference to finer marches.
 
 use crate::plan::{ErrorEstimate, GaugeError};
-use crate::traces::{Gauge, MemberStatus, Traces};
+use crate::traces::{Gauge, MemberStatus, Peak, Traces};
 
 /// The error of each output of a march, with its tolerance.
 #[derive(Clone, Debug, Default)]
@@ -55,9 +55,14 @@ impl OutputErrors {
     fn difference(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
         let member = 0;
         let gauge = |gauge: Gauge| {
+            let peaks = [base.gauge_peak(member, gauge)?.value, finer.gauge_peak(member, gauge)?.value];
+            let peak_difference = (peaks[0].abs() - peaks[1].abs()).abs();
             let (base, finer) = (base.gauge(member, gauge)?, finer.gauge(member, gauge)?);
-            let peak = finer.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
-            let difference = gauge_difference(gauge, base, finer);
+            let peak = peaks[1].abs();
+            let difference = match gauge.is_front() {
+                true => gauge_difference(gauge, base, finer),
+                false => gauge_difference(gauge, base, finer).max(peak_difference),
+            };
             Some(match gauge.is_front() {
                 true => GaugeError { gauge, error: difference, tolerance: FRONT_TOLERANCE_M },
                 false => {
@@ -123,13 +128,21 @@ fn gauge_difference(gauge: Gauge, one: &[f64], other: &[f64]) -> f64 {
 }
 
 /// The largest difference between two marches of a member after the prescribed start, at any sensor and in any part
-/// with a temperature limit, K; infinite where either did not complete, as a maximum ignores NaN.
+/// with a temperature limit, at any instant and of the peaks, K; infinite where either did not complete, as a maximum
+/// ignores NaN.
 pub(super) fn largest_difference_k(one: &Traces, other: &Traces, member: usize) -> f64 {
     if [one, other].iter().any(|traces| traces.statuses[member] != MemberStatus::Completed) {
         return f64::INFINITY;
     }
-    let limits = one.limited_k.len() / (one.members() * one.instants).max(1);
+    let limits = one.limits();
+    let after_start = |peak: Peak| peak.time_s > 0.0;
+    let peaks = (0..one.sensors).map(|sensor| [one, other].map(|traces| traces.peak(member, sensor)));
+    let limited = (0..limits).map(|limit| [one, other].map(|traces| traces.limited_peak(member, limit)));
+    let peaks = peaks.chain(limited).filter(|pair| pair.iter().any(|peak| after_start(*peak)));
+    let of_peaks_k = peaks.map(|[one, other]| (one.temperature_k - other.temperature_k).abs());
     let sensors = (0..one.sensors).map(|sensor| [one, other].map(|traces| &traces.trace(member, sensor)[1..]));
     let limits = (0..limits).map(|limit| [one, other].map(|traces| &traces.limited(member, limit)[1..]));
-    sensors.chain(limits).flat_map(|[one, other]| one.iter().zip(other)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    let at_instants_k =
+        sensors.chain(limits).flat_map(|[one, other]| one.iter().zip(other)).map(|(a, b)| (a - b).abs());
+    at_instants_k.chain(of_peaks_k).fold(0.0, f64::max)
 }

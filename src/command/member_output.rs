@@ -8,7 +8,6 @@ use crate::report::ReportError;
 use crate::report::files::{MemberRow, MembersFile, TracesFile};
 use crate::session::Session;
 use crate::session::{CancelToken, SessionError};
-use crate::study::nominal::Peak;
 use crate::traces::{MemberStatus, Traces};
 use std::fs;
 use std::ops::Range;
@@ -89,12 +88,11 @@ impl MemberOutput {
     fn write(&mut self, ensemble: &Ensemble, traces: &Traces) -> Result<(), ReportError> {
         if let Some(file) = &mut self.members {
             for member in 0..traces.members() {
-                let peak = |sensor| Peak::of(traces.trace(member, sensor), &self.instants_s);
                 file.append(&MemberRow {
                     member: traces.first + member,
                     completed: traces.statuses[member] == MemberStatus::Completed,
                     factors: &ensemble.member(traces.first + member),
-                    peaks: &(0..traces.sensors).map(peak).collect::<Vec<Peak>>(),
+                    peaks: traces.member_peaks(member),
                 })?;
             }
             file.end_batch()?;

@@ -6,7 +6,7 @@ use crate::physics::cell_state::CELL_QUANTITIES;
 use crate::physics::instruction_set;
 use crate::physics::kernel::{Kernel, MemberResult};
 use crate::physics::lanes::MAX_LANES;
-use crate::physics::layout::PlanData;
+use crate::physics::layout::{NO_INSTANT, PlanData, PlanRows};
 use crate::plan::Plan;
 use crate::traces::{Balance, MemberStatus, Traces};
 use rayon::prelude::*;
@@ -225,16 +225,20 @@ fn add(end: MemberResult, status: MemberStatus, traces: &mut Traces) {
 pub fn cell_states(plan: &Plan, ensemble: &Ensemble, member: usize) -> [Vec<Vec<f64>>; CELL_QUANTITIES] {
     let values = ensemble.member(member);
     let value = |_: usize, column: usize| if column == 0 { 1.0 } else { values[column - 1] };
-    let mut temperatures_k = vec![0.0; plan.rows.sensor_locations.len() * plan.rows.records];
-    let marched =
-        InstructionSet::SCALAR.0.f64().march(&plan.rows, &plan.rows.data, 1, &value, &mut temperatures_k, true);
-    let mut cells = marched[0].cell_states.chunks(plan.rows.records.max(1)).map(|records| match &plan.interpolation {
-        None => records.to_vec(),
-        Some(readout) => {
-            let mut readings = vec![0.0; readout.instant_count()];
-            readout.interpolate(records, &mut readings);
-            readings
-        }
+    // Only the records that the instants need: cells and steps are many.
+    let (curve, used) = plan.interpolation.at_instants_only();
+    let place = |record: &u32| used.binary_search(&(*record as usize)).map_or(NO_INSTANT, |place| place as u32);
+    let rows = PlanRows {
+        record_at_step: plan.rows.record_at_step.iter().map(place).collect(),
+        records: used.len(),
+        ..plan.rows.clone()
+    };
+    let mut temperatures_k = vec![0.0; rows.sensor_locations.len() * rows.records];
+    let marched = InstructionSet::SCALAR.0.f64().march(&rows, &rows.data, 1, &value, &mut temperatures_k, true);
+    let mut cells = marched[0].cell_states.chunks(rows.records.max(1)).map(|records| {
+        let mut readings = vec![0.0; curve.instant_count()];
+        curve.interpolate(records, &mut readings);
+        readings
     });
     std::array::from_fn(|_| cells.by_ref().take(plan.cells()).collect())
 }

@@ -7,6 +7,7 @@ pub mod fallback;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod monitor;
+mod record_peaks;
 pub mod richardson;
 
 use crate::ensemble::Ensemble;
@@ -15,6 +16,7 @@ use crate::plan::pyrometer_readings::TraceRows;
 use crate::traces::{MemberStatus, Traces};
 use monitor::Monitor;
 use rayon::prelude::*;
+use record_peaks::RecordPeaks;
 use std::ops::Range;
 
 /// Floating-point precision of a march.
@@ -253,29 +255,26 @@ fn trace_rows(plan: &Plan, ensemble: &Ensemble, members: Range<usize>, derivativ
 /// Traces that a task interpolates at least: some ten microseconds.
 const TRACES_PER_TASK: usize = 16;
 
-/// Readings at the instants of a plan: interpolated from records at its steps, prescribed on held faces, and of
-/// pyrometers.
+/// Peaks, and readings at the instants of a plan: from records at its steps and the curve between them, prescribed on
+/// held faces, and of pyrometers.
 fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
-    let mut readings = match &plan.interpolation {
-        None => records,
-        Some(readout) => {
-            let read = |records_of: &[f64]| {
-                let instants = readout.instant_count();
-                let mut readings = vec![0.0; records_of.len() / plan.rows.records * instants];
-                let traces =
-                    records_of.par_chunks_exact(plan.rows.records).zip(readings.par_chunks_exact_mut(instants));
-                traces
-                    .with_min_len(TRACES_PER_TASK)
-                    .for_each(|(records, readings)| readout.interpolate(records, readings));
-                readings
-            };
-            Traces {
-                instants: readout.instant_count(),
-                temperatures_k: read(&records.temperatures_k),
-                gauges: read(&records.gauges),
-                ..records
-            }
-        }
+    let RecordPeaks { peaks, limited_peaks, times_above_s, gauge_peaks } = RecordPeaks::of(&records, plan, rows);
+    let (curve, instants) = (&plan.interpolation, plan.interpolation.instant_count());
+    let read = |records_of: &[f64]| {
+        let mut readings = vec![0.0; records_of.len() / plan.rows.records * instants];
+        let traces = records_of.par_chunks_exact(plan.rows.records).zip(readings.par_chunks_exact_mut(instants));
+        traces.with_min_len(TRACES_PER_TASK).for_each(|(records, readings)| curve.interpolate(records, readings));
+        readings
+    };
+    let mut readings = Traces {
+        instants,
+        temperatures_k: read(&records.temperatures_k),
+        gauges: read(&records.gauges),
+        peaks,
+        limited_peaks,
+        times_above_s,
+        gauge_peaks,
+        ..records
     };
     let (sensors, instants) = (readings.sensors, readings.instants);
     for held in &plan.held_readings {
@@ -291,14 +290,14 @@ fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
 
 /// Traces with the readings of temperature limits apart from those of the sensors.
 fn separate_limits(readings: Traces, plan: &Plan) -> Traces {
-    if plan.limit_rows.is_empty() {
+    if plan.limits.is_empty() {
         return readings;
     }
     let (rows, instants) = (readings.sensors, readings.instants);
     let (mut temperatures_k, mut limited_k) = (Vec::new(), Vec::new());
     for member in readings.temperatures_k.chunks_exact((rows * instants).max(1)) {
         temperatures_k.extend_from_slice(&member[..plan.rows.sensors * instants]);
-        limited_k.extend(plan.limit_rows.iter().flat_map(|row| &member[row * instants..][..instants]));
+        limited_k.extend(plan.limits.iter().flat_map(|limit| &member[limit.row * instants..][..instants]));
     }
     Traces { sensors: plan.rows.sensors, temperatures_k, limited_k, ..readings }
 }

@@ -10,7 +10,7 @@
 use super::{Backend, March, MarchError, PendingBatch};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
-use crate::traces::{Balance, Gauge, MemberStatus, Traces};
+use crate::traces::{Balance, Gauge, GaugePeak, MemberStatus, Traces};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -56,7 +56,8 @@ impl March for RichardsonMarch {
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         let Some(fine) = self.march.tangents(plan, points, factors)? else { return Ok(None) };
         let Some(coarse) = &plan.coarse else { return Ok(Some(fine)) };
-        Ok(self.march.tangents(coarse, points, factors)?.map(|coarse| combine(fine, &coarse, richardson)))
+        let end_s = plan.end_s();
+        Ok(self.march.tangents(coarse, points, factors)?.map(|coarse| combine(fine, &coarse, end_s, richardson)))
     }
 
     fn march_plans(
@@ -70,7 +71,7 @@ impl March for RichardsonMarch {
         let mut marched = self.march.march_plans(&both, ensemble, members)?;
         let mut coarse = marched.split_off(plans.len()).into_iter();
         let read = |(fine, plan): (Traces, &&Plan)| match plan.coarse.as_ref().and_then(|_| coarse.next()) {
-            Some(coarser) => extrapolate(fine, &coarser),
+            Some(coarser) => extrapolate(fine, &coarser, plan.end_s()),
             None => fine,
         };
         Ok(marched.into_iter().zip(plans).map(read).collect())
@@ -98,14 +99,14 @@ fn begin_extrapolated<'a>(
 ) -> Result<PendingBatch<'a>, MarchError> {
     let fine = march.begin(plan, ensemble, members.clone())?;
     let Some(coarse) = &plan.coarse else { return Ok(fine) };
-    let coarse = march.begin(coarse, ensemble, members)?;
-    Ok(Box::new(|| Ok(extrapolate(fine()?, &coarse()?))))
+    let (coarse, end_s) = (march.begin(coarse, ensemble, members)?, plan.end_s());
+    Ok(Box::new(move || Ok(extrapolate(fine()?, &coarse()?, end_s))))
 }
 
 /// Extrapolated traces. A member that failed at either resolution has failed; temperature ranges of plies are those of
-/// the finer march.
-fn extrapolate(fine: Traces, coarse: &Traces) -> Traces {
-    combine(fine, coarse, richardson_nonnegative)
+/// the finer march. The march ends at `end_s`.
+fn extrapolate(fine: Traces, coarse: &Traces, end_s: f64) -> Traces {
+    combine(fine, coarse, end_s, richardson_nonnegative)
 }
 
 /// Fronts further apart than this, m, are not extrapolated: where a ply converts as a whole, a front jumps to the next
@@ -115,7 +116,11 @@ const FRONT_JUMP_M: f64 = 0.3e-3;
 /// Values that a task extrapolates at least: some ten microseconds.
 const VALUES_PER_TASK: usize = 1 << 14;
 
-fn combine(mut fine: Traces, coarse: &Traces, beyond: impl Fn(f64, f64) -> f64 + Copy + Sync) -> Traces {
+/// Times of peaks further apart than this share of the later one are not extrapolated: they are of two peaks of nearly
+/// the same height.
+const SAME_PEAK: f64 = 0.05;
+
+fn combine(mut fine: Traces, coarse: &Traces, end_s: f64, beyond: impl Fn(f64, f64) -> f64 + Copy + Sync) -> Traces {
     let all = |fine: &mut [f64], coarse: &[f64]| {
         let tasks = fine.par_chunks_mut(VALUES_PER_TASK).zip(coarse.par_chunks(VALUES_PER_TASK));
         tasks.for_each(|(fine, coarse)| {
@@ -132,6 +137,22 @@ fn combine(mut fine: Traces, coarse: &Traces, beyond: impl Fn(f64, f64) -> f64 +
         for (fine, &coarse) in fine.iter_mut().zip(coarse) {
             *fine = if gauge.is_front() { front(*fine, coarse) } else { beyond(*fine, coarse) };
         }
+    }
+    let time_s = |fine_s: f64, coarse_s: f64| {
+        let is_same = (fine_s - coarse_s).abs() <= SAME_PEAK * fine_s.max(coarse_s);
+        if is_same { richardson(fine_s, coarse_s).clamp(0.0, end_s) } else { fine_s }
+    };
+    let peaks = fine.peaks.iter_mut().chain(&mut fine.limited_peaks);
+    for (peak, other) in peaks.zip(coarse.peaks.iter().chain(&coarse.limited_peaks)) {
+        peak.temperature_k = beyond(peak.temperature_k, other.temperature_k);
+        peak.time_s = time_s(peak.time_s, other.time_s);
+    }
+    for (above_s, other_s) in fine.times_above_s.iter_mut().zip(&coarse.times_above_s) {
+        *above_s = richardson(*above_s, *other_s).clamp(0.0, end_s);
+    }
+    for ((peak, other), gauge) in fine.gauge_peaks.iter_mut().zip(&coarse.gauge_peaks).zip(Gauge::ALL.iter().cycle()) {
+        let value = if gauge.is_front() { front(peak.value, other.value) } else { beyond(peak.value, other.value) };
+        *peak = GaugePeak { value, time_s: time_s(peak.time_s, other.time_s) };
     }
     for (status, other) in fine.statuses.iter_mut().zip(&coarse.statuses) {
         if *status == MemberStatus::Completed {
@@ -172,22 +193,17 @@ mod tests {
     #[test]
     fn a_member_that_fails_at_one_resolution_has_failed() {
         let traces = |statuses: Vec<MemberStatus>, temperatures_k: Vec<f64>| Traces {
-            first: 0,
-            sensors: 1,
-            instants: 1,
             temperatures_k,
-            limited_k: Vec::new(),
-            gauges: Vec::new(),
             balances: vec![Balance::default(); statuses.len()],
-            extremes_k: Vec::new(),
             statuses,
+            ..Traces::empty(0, 1, 1)
         };
         let diverged = MemberStatus::Diverged { time_s: 3.0 };
         let fine =
             traces(vec![MemberStatus::Completed, MemberStatus::Completed, diverged.clone()], vec![301.0, 302.0, 303.0]);
         let coarse =
             traces(vec![MemberStatus::Completed, diverged.clone(), MemberStatus::Completed], vec![304.0, 302.0, 303.0]);
-        let both = extrapolate(fine, &coarse);
+        let both = extrapolate(fine, &coarse, 1.0);
         assert_eq!(both.statuses, [MemberStatus::Completed, diverged.clone(), diverged]);
         assert_eq!(both.temperatures_k, [300.0, 302.0, 303.0]);
     }

@@ -177,7 +177,11 @@ impl Plan {
             at_most("the first node of a limit", place.first_node as usize, place.end_node as usize)?;
             at_most("the last face of a limit", row + place.faces as usize + 1, self.rows.sensor_locations.len())?;
         }
-        below("the row of a limit", self.limit_rows.iter().map(|&row| row as u32), self.rows.sensor_locations.len())?;
+        below(
+            "the row of a limit",
+            self.limits.iter().map(|limit| limit.row as u32),
+            self.rows.sensor_locations.len(),
+        )?;
         for place in self.rows.sensor_locations.iter().filter(|place| place.depth > 0) {
             at_most("nodes above a sensor", place.steps_above as usize, place.node_above as usize)?;
             below("a node below a sensor", [place.node_below + place.steps_below], cells)?;

@@ -126,7 +126,7 @@ impl Plan {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.read_at(case, places))),
             held_readings: held_readings(case, &sensor_locations, &self.forcing, &self.times_s, &self.instants_s),
             pyrometers: Vec::new(),
-            limit_rows: Vec::new(),
+            limits: Vec::new(),
             rows: PlanRows {
                 sensors: sensors.len(),
                 has_depth_factors: false,

@@ -9,10 +9,12 @@
 
 mod transform;
 
+use super::interpolation::share_above;
 use super::time_tolerance::time_tolerance_s;
 use crate::case::air::cold_wall_enthalpy_j_kg;
 use crate::case::{Case, Exposure, Face, OpenFace, Schedule};
 use crate::physics::layout::BoundaryForcing;
+use crate::traces::Peak;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -171,6 +173,32 @@ impl Forcing {
             };
             instants_s.iter().map(at).collect()
         })
+    }
+
+    /// The highest prescribed temperature of a face (0 hot, 1 back), and the time at which it is first reached.
+    pub(super) fn highest_held(&self, face: usize) -> Peak {
+        let none = Peak { temperature_k: f64::NEG_INFINITY, time_s: 0.0 };
+        self.held_points(face).into_iter().fold(none, |peak, (time_s, temperature_k)| {
+            if temperature_k > peak.temperature_k { Peak { temperature_k, time_s } } else { peak }
+        })
+    }
+
+    /// The time for which the prescribed temperature of a face (0 hot, 1 back) is above a temperature, s.
+    pub(super) fn held_above_s(&self, face: usize, limit_k: f64) -> f64 {
+        let points = self.held_points(face);
+        let pieces = points.windows(2).map(|ends| {
+            let [start_k, end_k] = [ends[0].1 - limit_k, ends[1].1 - limit_k];
+            share_above(start_k, end_k) * (ends[1].0 - ends[0].0)
+        });
+        pieces.sum()
+    }
+
+    /// Times, s, and temperatures, K, between which the prescribed temperature of a face is linear.
+    fn held_points(&self, face: usize) -> Vec<(f64, f64)> {
+        let (schedule, end_s) = (&self.signals[self.faces[face].held_k].schedule, self.duration_s);
+        let corners = schedule.times_s.iter().copied().zip(schedule.values.iter().copied());
+        let inside = corners.filter(|(time_s, _)| *time_s > 0.0 && *time_s < end_s);
+        std::iter::once((0.0, schedule.after(0.0))).chain(inside).chain([(end_s, schedule.before(end_s))]).collect()
     }
 }
 

@@ -12,8 +12,8 @@ impl Plan {
         &self.rows
     }
 
-    /// Interpolation from records to instants; `None` where they coincide.
-    pub fn interpolation(&self) -> Option<&RecordInterpolation> {
-        self.interpolation.as_ref()
+    /// The curve through the records.
+    pub fn interpolation(&self) -> &RecordInterpolation {
+        &self.interpolation
     }
 }

@@ -1,6 +1,9 @@
 //! Readings for temperature limits: of each part with a limit the hottest temperature at an instant.
 
-use crate::case::{Case, LimitedPart, Sensor, Side, TemperatureLimit};
+use super::HeldReading;
+use super::forcing::Forcing;
+use crate::case::{Case, Face, LimitedPart, Sensor, Side, TemperatureLimit};
+use crate::traces::Peak;
 
 /// What the reading of a limit compares at an instant: the nodes of a ply, and faces of plies at interfaces. The outer
 /// faces of the layup have nodes.
@@ -40,16 +43,65 @@ impl LimitReading {
     }
 }
 
-/// The row of each limit of a case, in their order, among the rows of sensors and readings.
-pub(super) fn limit_rows(case: &Case) -> Vec<usize> {
-    let mut next = case.sensors.len();
-    let row = |limit: &TemperatureLimit| {
-        if let LimitedPart::Sensor(sensor) = limit.part {
-            return sensor;
+/// A temperature limit of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LimitedRow {
+    /// Its row among the rows of sensors and readings.
+    pub(crate) row: usize,
+    /// The limit, K.
+    pub(crate) limit_k: f64,
+    is_sensor: bool,
+    /// The faces of prescribed temperature in the part: 0 hot, 1 back.
+    held_faces: Vec<usize>,
+    /// The highest prescribed temperature in the part.
+    pub(crate) prescribed_peak: Option<Peak>,
+    /// Time for which it is above the limit, s.
+    pub(crate) prescribed_above_s: f64,
+}
+
+impl LimitedRow {
+    /// Whether the part has the prescribed temperature: a sensor on a held face, not a ply next to one.
+    pub(crate) fn is_prescribed(&self) -> bool {
+        self.is_sensor && !self.held_faces.is_empty()
+    }
+
+    /// The same limit under another exposure.
+    pub(super) fn with_forcing(&self, forcing: &Forcing) -> Self {
+        let peaks = self.held_faces.iter().map(|&face| forcing.highest_held(face));
+        let above = self.held_faces.iter().map(|&face| forcing.held_above_s(face, self.limit_k));
+        Self {
+            held_faces: self.held_faces.clone(),
+            prescribed_peak: peaks
+                .reduce(|one, other| if other.temperature_k > one.temperature_k { other } else { one }),
+            prescribed_above_s: above.fold(0.0, f64::max),
+            ..*self
         }
-        let row = next;
-        next += 1 + LimitReading::of_part(case, limit.part).map_or(0, |reading| reading.faces.len());
-        row
+    }
+}
+
+/// The limits of a case, in their order.
+pub(super) fn limited_rows(case: &Case, forcing: &Forcing, held: &[HeldReading]) -> Vec<LimitedRow> {
+    let (last, mut next) = (case.layup.plies.len() - 1, case.sensors.len());
+    let faces = [&case.exposure.hot_face, &case.exposure.back_face];
+    let limited = |limit: &TemperatureLimit| {
+        let row = match limit.part {
+            LimitedPart::Sensor(sensor) => sensor,
+            part => {
+                let row = next;
+                next += 1 + LimitReading::of_part(case, part).map_or(0, |reading| reading.faces.len());
+                row
+            }
+        };
+        let lies_at = |&face: &usize| match limit.part {
+            LimitedPart::Ply(ply) => matches!(faces[face], Face::Held(_)) && ply == [0, last][face],
+            LimitedPart::Interface(_) => false,
+            LimitedPart::Sensor(sensor) => held.iter().any(|held| (held.sensor, held.face) == (sensor, face)),
+        };
+        let held_faces = (0..faces.len()).filter(lies_at).collect();
+        let is_sensor = matches!(limit.part, LimitedPart::Sensor(_));
+        let (prescribed_peak, prescribed_above_s) = (None, 0.0);
+        LimitedRow { row, limit_k: limit.limit_k, is_sensor, held_faces, prescribed_peak, prescribed_above_s }
+            .with_forcing(forcing)
     };
-    case.limits.iter().map(row).collect()
+    case.limits.iter().map(limited).collect()
 }

@@ -10,7 +10,7 @@ mod factor_columns;
 mod forcing;
 mod grid;
 mod internals;
-mod interpolation;
+pub(crate) mod interpolation;
 mod limited_parts;
 mod ply_data;
 pub(crate) mod pyrometer_readings;
@@ -23,7 +23,7 @@ use crate::case::{
     Case, Conductivity, Emissivity, Face, GasFlowModel, Material, OpenFace, OutOfRange, Property, Table,
 };
 use crate::physics::layout::{self, FaceColumns, GasTransport, PlanData, PlanRows, PressureLevel, SensorLocation};
-use crate::traces::Gauge;
+use crate::traces::{Gauge, Peak};
 pub use consistency::InconsistentPlan;
 pub use depth_readings::ProfileDepth;
 use factor_columns::{conductivity_columns, factor_column};
@@ -31,6 +31,7 @@ use forcing::Forcing;
 use grid::Grid;
 pub use grid::GridDensity;
 use interpolation::RecordInterpolation;
+use limited_parts::LimitedRow;
 use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_properties};
 use pyrometer_readings::{PyrometerReading, pyrometer_readings};
 use std::sync::Arc;
@@ -39,10 +40,9 @@ pub use tables::advances_enthalpy;
 use tables::{Tables, state_count};
 pub(crate) use time_grid::instants_s;
 pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeStepControl};
-use time_tolerance::time_tolerance_s;
 
 /// Estimated discretisation error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
-/// the instants; for other gauges relative to their peak, at every instant.
+/// the instants; for other gauges relative to their peak, at every instant and of the peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GaugeError {
@@ -55,7 +55,7 @@ pub struct GaugeError {
 }
 
 /// Estimated discretisation errors. A temperature error is the largest at any sensor and in any part with a temperature
-/// limit, at any instant, K.
+/// limit, at any instant and of any peak, K.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -108,16 +108,14 @@ pub struct Plan {
     pub(crate) instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
     pub(crate) times_s: Vec<f64>,
-    /// Interpolation from records to instants; `None` where they coincide.
-    pub(crate) interpolation: Option<RecordInterpolation>,
+    /// The curve through the records: readings at the instants, and peaks.
+    pub(crate) interpolation: RecordInterpolation,
     /// Sensors on faces whose temperature is prescribed.
     pub(crate) held_readings: Vec<HeldReading>,
     /// Pyrometers that look at the hot face.
     pub(crate) pyrometers: Vec<PyrometerReading>,
-    /// Row of each temperature limit of the case.
-    pub(crate) limit_rows: Vec<usize>,
-    /// Corners of the schedules, s; with temperature limits they are instants.
-    pub(crate) corners_s: Vec<f64>,
+    /// One for each temperature limit of the case.
+    pub(crate) limits: Vec<LimitedRow>,
     /// Range of temperatures in which each ply's tables that refuse extrapolation are valid, K.
     pub(crate) table_limits_k: Vec<(f64, f64)>,
     /// All that a march reads.
@@ -136,6 +134,8 @@ pub(crate) struct HeldReading {
     /// The prescribed temperature at every instant, K, where it differs from the temperature of the face node: the
     /// steps smooth it, or it jumps within a step.
     pub(crate) temperatures_k: Option<Vec<f64>>,
+    /// The highest prescribed temperature.
+    pub(crate) peak: Peak,
 }
 
 impl Plan {
@@ -197,10 +197,7 @@ impl Plan {
     ) -> Self {
         let grid = Grid::new(case, &discretisation.grid, subdivisions);
         let time_grid = TimeGrid::new(case, forcing, &discretisation.time_steps, subdivisions);
-        let (instants, records) = match &time_grid.interpolation {
-            None => (records_at_steps(&time_grid), time_grid.instants_s.len()),
-            Some(_) => ((0..time_grid.times_s.len() as u32).collect(), time_grid.times_s.len()),
-        };
+        let steps = time_grid.times_s.len() - 1;
         let mut conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductivity_columns(case, ply)).collect();
         let mut pores = vec![];
         let pores_of_states = case.layup.plies.iter().flat_map(|ply| tables::pores_of(case, ply));
@@ -231,8 +228,8 @@ impl Plan {
             cells: grid.cells,
         };
         let rows = PlanRows {
-            record_at_step: instants,
-            records,
+            record_at_step: records_at_steps(steps, &time_grid.recorded_steps),
+            records: time_grid.recorded_steps.len(),
             plies: ply_rows(case, &grid.plies),
             has_enthalpy_steps: tables.locations.iter().any(|location| location.enthalpy_search_span > 0),
             tables: tables.locations.clone(),
@@ -257,15 +254,15 @@ impl Plan {
             data,
         };
         let (times_s, instants_s) = (time_grid.times_s, time_grid.instants_s);
+        let held_readings = held_readings(case, &rows.sensor_locations, forcing, &times_s, &instants_s);
         Self {
             discretisation: discretisation.clone(),
             coarse: None,
             error_estimate: None,
+            pyrometers: pyrometer_readings(case, &instants_s, &time_grid.interpolation),
             interpolation: time_grid.interpolation,
-            held_readings: held_readings(case, &rows.sensor_locations, forcing, &times_s, &instants_s),
-            pyrometers: pyrometer_readings(case, &instants_s),
-            limit_rows: limited_parts::limit_rows(case),
-            corners_s: time_grid.corners_s,
+            limits: limited_parts::limited_rows(case, forcing, &held_readings),
+            held_readings,
             table_limits_k: case.layup.plies.iter().map(|ply| table_limits(&ply.material)).collect(),
             rows,
             forcing: Arc::clone(forcing),
@@ -299,6 +296,11 @@ impl Plan {
         &self.times_s
     }
 
+    /// The end of the march, s.
+    pub(crate) fn end_s(&self) -> f64 {
+        self.times_s[self.times_s.len() - 1]
+    }
+
     /// Steps of a march.
     pub fn steps(&self) -> usize {
         self.rows.steps()
@@ -312,13 +314,6 @@ impl Plan {
     /// Readings of a march: sensors, or depths of a plan with depth readings.
     pub fn sensors(&self) -> usize {
         self.rows.sensor_locations.len()
-    }
-
-    /// Whether an instant is a corner of a schedule.
-    pub(crate) fn is_corner(&self, instant: usize) -> bool {
-        let close_s = time_tolerance_s(self.times_s[self.times_s.len() - 1]);
-        let next = self.corners_s.partition_point(|&corner_s| corner_s < self.instants_s[instant] - close_s);
-        self.corners_s.get(next).is_some_and(|&corner_s| corner_s <= self.instants_s[instant] + close_s)
     }
 
     /// Number of gauges recorded at every instant: all, or none.
@@ -354,6 +349,7 @@ fn held_readings(
             sensor,
             face,
             temperatures_k: forcing.held_k(face, times_s, instants_s),
+            peak: forcing.highest_held(face),
         })
     })
     .collect()

@@ -1,7 +1,9 @@
 //! Readings of pyrometers, from the temperature of the hot face after a march.
 
 use super::Plan;
-use crate::case::{Case, Emissivity, Exposure, Face, OpenFace, Radiance, Table};
+use super::interpolation::{RecordInterpolation, Stencil, value_at};
+use crate::case::{Case, Emissivity, Exposure, Face, Radiance, Schedule, Table};
+use crate::traces::Peak;
 
 /// Half the distance over which the slope of an emissivity table is taken, K.
 const SLOPE_STEP_K: f64 = 1e-3;
@@ -18,6 +20,47 @@ pub(crate) struct PyrometerReading {
     emissivity: Table,
     /// Logarithm of the radiance of the surroundings at every instant.
     surroundings: Vec<f64>,
+    /// The curve of the readings: over the records of the march and the corners of the surroundings, at which readings
+    /// bend or jump.
+    curve: RecordInterpolation,
+    /// The temperature of the face at each record of the curve, from the records of the march.
+    stencils: Vec<Stencil>,
+    /// Logarithm of the radiance of the surroundings at every record of the curve, at a jump before it.
+    surroundings_at_records: Vec<f64>,
+    /// The same just after the start of every segment of the curve.
+    surroundings_at_starts: Vec<f64>,
+}
+
+/// The curve of the readings of a pyrometer, of a member and its derivatives.
+pub(crate) struct PyrometerCurve<'a> {
+    /// Index of the sensor in the case.
+    pub(crate) sensor: usize,
+    curve: &'a RecordInterpolation,
+    rows: usize,
+    /// Row × record, K.
+    records: Vec<f64>,
+    /// Row × segment, K.
+    starts: Vec<f64>,
+}
+
+impl PyrometerCurve<'_> {
+    /// The peak of the member, and its derivatives at that time.
+    pub(crate) fn peaks(&self) -> impl Iterator<Item = Peak> {
+        let [records, starts] = [&self.records, &self.starts].map(|values| values.len() / self.rows);
+        let point = self.curve.highest(&self.records[..records], Some(&self.starts[..starts]));
+        let start = self.curve.segment_starts()[point.segment];
+        (0..self.rows).map(move |row| {
+            let mut records_k = self.records[row * records..(row + 1) * records].to_vec();
+            records_k[start] = self.starts[row * starts + point.segment];
+            Peak { temperature_k: value_at(&point.stencil, &records_k), time_s: point.time_s }
+        })
+    }
+
+    /// The time for which the member is above a temperature, s.
+    pub(crate) fn time_above_s(&self, limit_k: f64) -> f64 {
+        let [records, starts] = [&self.records, &self.starts].map(|values| values.len() / self.rows);
+        self.curve.time_above_s(&self.records[..records], Some(&self.starts[..starts]), limit_k)
+    }
 }
 
 /// Rows of traces, and the factors that readings of pyrometers depend on.
@@ -30,8 +73,12 @@ pub(crate) struct TraceRows {
     pub(crate) derivative_row: Option<usize>,
 }
 
-/// The pyrometers of a case at the instants of a plan.
-pub(super) fn pyrometer_readings(case: &Case, instants_s: &[f64]) -> Vec<PyrometerReading> {
+/// The pyrometers of a case at the instants and records of a plan.
+pub(super) fn pyrometer_readings(
+    case: &Case,
+    instants_s: &[f64],
+    curve: &RecordInterpolation,
+) -> Vec<PyrometerReading> {
     let Face::Open(open) = &case.exposure.hot_face else { return Vec::new() };
     let emissivity = match (open.emissivity, case.layup.plies.first()) {
         (Emissivity::Material, Some(ply)) => ply.material.emissivity.clone(),
@@ -45,35 +92,82 @@ pub(super) fn pyrometer_readings(case: &Case, instants_s: &[f64]) -> Vec<Pyromet
             radiance,
             setting: pyrometer.emissivity,
             emissivity: emissivity.clone(),
-            surroundings: surroundings(radiance, open, instants_s),
+            surroundings: Vec::new(),
+            curve: curve.clone(),
+            stencils: Vec::new(),
+            surroundings_at_records: Vec::new(),
+            surroundings_at_starts: Vec::new(),
         }
+        .with_surroundings(&open.surroundings_k, instants_s, curve)
     };
     let pyrometers = case.sensors.iter().enumerate();
     pyrometers.filter_map(|(index, sensor)| Some((index, sensor.pyrometer?))).map(of_sensor).collect()
 }
 
-fn surroundings(radiance: Radiance, open: &OpenFace, instants_s: &[f64]) -> Vec<f64> {
-    instants_s.iter().map(|&instant_s| radiance.logarithm(open.surroundings_k.after(instant_s))).collect()
-}
-
 impl PyrometerReading {
     /// The same instrument under another exposure.
-    pub(super) fn with_exposure(&self, exposure: &Exposure, instants_s: &[f64]) -> Self {
+    pub(super) fn with_exposure(&self, exposure: &Exposure, instants_s: &[f64], curve: &RecordInterpolation) -> Self {
         match &exposure.hot_face {
-            Face::Open(open) => Self { surroundings: surroundings(self.radiance, open, instants_s), ..self.clone() },
+            Face::Open(open) => self.clone().with_surroundings(&open.surroundings_k, instants_s, curve),
             Face::Held(_) => self.clone(),
         }
     }
 
-    pub(super) fn truncated_at(&self, instant: usize) -> Self {
-        Self { surroundings: self.surroundings[..=instant].to_vec(), ..self.clone() }
+    fn with_surroundings(self, surroundings_k: &Schedule, instants_s: &[f64], records: &RecordInterpolation) -> Self {
+        let (curve, stencils) = records.with_corners(surroundings_k.times_s());
+        let records_s = curve.record_times_s();
+        let starts_s = curve.segment_starts().iter().map(|&record| records_s[record]);
+        let of = |temperature_k: f64| self.radiance.logarithm(temperature_k);
+        Self {
+            surroundings: instants_s.iter().map(|&time_s| of(surroundings_k.after(time_s))).collect(),
+            surroundings_at_records: records_s.iter().map(|&time_s| of(surroundings_k.before(time_s))).collect(),
+            surroundings_at_starts: starts_s.map(|time_s| of(surroundings_k.after(time_s))).collect(),
+            stencils,
+            curve,
+            ..self
+        }
     }
 
-    /// Replace the temperatures of the face in the rows of one member by readings, and their derivatives by those of
-    /// the readings.
-    fn read(&self, rows: &mut [f64], instants: usize, row_length: usize, factor: f64, derivative_row: Option<usize>) {
-        let place = self.sensor * instants;
-        for (instant, &surroundings) in self.surroundings.iter().enumerate() {
+    /// The same instrument up to an instant; `records` is the truncated curve of the march.
+    pub(super) fn truncated_at(&self, instant: usize, records: &RecordInterpolation) -> Self {
+        let last_s = records.record_times_s()[records.last_record()];
+        let last = self.curve.record_times_s().partition_point(|&time_s| time_s <= last_s) - 1;
+        let curve = self.curve.until_record(last);
+        Self {
+            surroundings: self.surroundings[..=instant].to_vec(),
+            stencils: self.stencils[..=last].to_vec(),
+            surroundings_at_records: self.surroundings_at_records[..=last].to_vec(),
+            surroundings_at_starts: self.surroundings_at_starts[..curve.segment_starts().len()].to_vec(),
+            curve,
+            ..self.clone()
+        }
+    }
+
+    /// The curve of one member and its derivatives, from rows of temperatures of the face over the records of the
+    /// march.
+    fn read_curve(&self, rows: &[&[f64]], factor: f64, derivative_row: Option<usize>) -> PyrometerCurve<'_> {
+        let at_records = rows.iter().flat_map(|row| self.stencils.iter().map(|taps| value_at(taps, row)));
+        let mut records: Vec<f64> = at_records.collect();
+        let (length, segments) = (self.stencils.len(), self.curve.segment_starts());
+        let at_starts = records.chunks_exact(length).flat_map(|row| segments.iter().map(|&start| row[start]));
+        let mut starts: Vec<f64> = at_starts.collect();
+        self.read(&mut records, &self.surroundings_at_records, 0, length, factor, derivative_row);
+        self.read(&mut starts, &self.surroundings_at_starts, 0, segments.len(), factor, derivative_row);
+        PyrometerCurve { sensor: self.sensor, curve: &self.curve, rows: rows.len(), records, starts }
+    }
+
+    /// Replace the temperatures of the face in the rows of one member, from `place` of each row, by readings, and their
+    /// derivatives by those of the readings.
+    fn read(
+        &self,
+        rows: &mut [f64],
+        surroundings: &[f64],
+        place: usize,
+        row_length: usize,
+        factor: f64,
+        derivative_row: Option<usize>,
+    ) {
+        for (instant, &surroundings) in surroundings.iter().enumerate() {
             let at = place + instant;
             let temperature_k = rows[at];
             let nominal = |temperature_k: f64| self.emissivity.at(temperature_k);
@@ -105,8 +199,29 @@ impl Plan {
         let of_members = temperatures_k.chunks_exact_mut(traces.rows_per_member * row_length);
         for (rows, &factor) in of_members.zip(&traces.emissivity_factors) {
             for pyrometer in &self.pyrometers {
-                pyrometer.read(rows, instants, row_length, factor, traces.derivative_row);
+                let place = pyrometer.sensor * instants;
+                pyrometer.read(rows, &pyrometer.surroundings, place, row_length, factor, traces.derivative_row);
             }
         }
+    }
+
+    /// The readings of the pyrometers of the `index`-th of some members: `records_k` has the rows of the member and its
+    /// derivatives, sensors over records.
+    pub(crate) fn pyrometer_curves(
+        &self,
+        records_k: &[f64],
+        traces: &TraceRows,
+        index: usize,
+    ) -> Vec<PyrometerCurve<'_>> {
+        let Some(&factor) = traces.emissivity_factors.get(index) else { return Vec::new() };
+        let records = self.rows.records;
+        let row_length = self.rows.sensor_locations.len() * records;
+        let mut curves = Vec::with_capacity(self.pyrometers.len());
+        for pyrometer in &self.pyrometers {
+            let rows: Vec<&[f64]> =
+                records_k.chunks_exact(row_length).map(|row| &row[pyrometer.sensor * records..][..records]).collect();
+            curves.push(pyrometer.read_curve(&rows, factor, traces.derivative_row));
+        }
+        curves
     }
 }

@@ -2,7 +2,6 @@
 
 use super::forcing::{Forcing, final_rows};
 use super::time_grid::TimeGrid;
-use super::time_tolerance::time_tolerance_s;
 use super::{HeldReading, Plan};
 use crate::case::{Case, Exposure};
 use crate::physics::layout::{Bead, NO_INSTANT, PlanData, PlanRows};
@@ -15,22 +14,20 @@ impl Plan {
     /// # Panics
     /// When the instant is zero or beyond the last.
     pub fn truncated_at(&self, instant: usize) -> Self {
-        let interpolation = self.interpolation.as_ref().map(|interpolation| interpolation.until(instant));
+        let interpolation = self.interpolation.until(instant);
         // The last record of a march has no step after it, which with gas flow changes it by microkelvins: readings
         // must not use it.
-        let last = interpolation
-            .as_ref()
-            .map_or(instant, |interpolation| (interpolation.last_record() + 1).min(self.rows.records - 1));
-        let steps = self.rows.record_at_step.iter().position(|&at| at == last as u32).expect("an instant of the plan");
+        let last = (interpolation.last_record() + 1).min(self.rows.records - 1);
+        let steps = self.rows.record_at_step.iter().position(|&at| at == last as u32).expect("a record of the plan");
         let mut forcing = self.rows.data.boundary_forcing[..4 * steps].to_vec();
         forcing.extend(final_rows(&forcing));
         Self {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.truncated_at(instant))),
             instants_s: self.instants_s[..=instant].to_vec(),
             times_s: self.times_s[..=steps].to_vec(),
-            interpolation,
             held_readings: self.held_readings.iter().map(|reading| reading.truncated_at(instant)).collect(),
-            pyrometers: self.pyrometers.iter().map(|reading| reading.truncated_at(instant)).collect(),
+            pyrometers: self.pyrometers.iter().map(|reading| reading.truncated_at(instant, &interpolation)).collect(),
+            interpolation,
             rows: PlanRows {
                 record_at_step: self.rows.record_at_step[..=steps].to_vec(),
                 records: last + 1,
@@ -55,12 +52,16 @@ impl Plan {
     fn with_forcing(&self, forcing: &Arc<Forcing>, exposure: &Exposure) -> Self {
         let with_schedule = |reading: &HeldReading| HeldReading {
             temperatures_k: forcing.held_k(reading.face, &self.times_s, &self.instants_s),
+            peak: forcing.highest_held(reading.face),
             ..*reading
         };
         let mut plan = Self {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.with_forcing(forcing, exposure))),
             held_readings: self.held_readings.iter().map(with_schedule).collect(),
-            pyrometers: self.pyrometers.iter().map(|one| one.with_exposure(exposure, &self.instants_s)).collect(),
+            pyrometers: (self.pyrometers.iter())
+                .map(|one| one.with_exposure(exposure, &self.instants_s, &self.interpolation))
+                .collect(),
+            limits: self.limits.iter().map(|limit| limit.with_forcing(forcing)).collect(),
             forcing: Arc::clone(forcing),
             ..self.clone()
         };
@@ -76,22 +77,13 @@ impl HeldReading {
     }
 }
 
-/// Number of the instant at the start of each step and at the end of the last, or `NO_INSTANT`.
-pub(super) fn records_at_steps(time_grid: &TimeGrid) -> Vec<u32> {
-    let close_s = time_tolerance_s(time_grid.times_s.last().copied().unwrap_or_default());
-    let mut next = 0;
-    time_grid
-        .times_s
-        .iter()
-        .map(|&time_s| {
-            if time_grid.instants_s.get(next).is_some_and(|&instant_s| instant_s <= time_s + close_s) {
-                next += 1;
-                next as u32 - 1
-            } else {
-                NO_INSTANT
-            }
-        })
-        .collect()
+/// Number of the record at the start of each step and at the end of the last, or `NO_INSTANT`.
+pub(super) fn records_at_steps(steps: usize, recorded_steps: &[usize]) -> Vec<u32> {
+    let mut records = vec![NO_INSTANT; steps + 1];
+    for (record, &step) in recorded_steps.iter().enumerate() {
+        records[step] = record as u32;
+    }
+    records
 }
 
 /// Exact weights of a first-order lag (thermocouple bead) for a reading that is linear in time over the step. Readings

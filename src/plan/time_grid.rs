@@ -1,6 +1,7 @@
 //! Time steps and output instants.
 //!
 //! A step ends on every major corner of a schedule; steps that a case specifies end on every corner and every instant.
+//! Sensors are recorded at the steps; readings at the instants and peaks are those of the curve through the records.
 //! All members of an ensemble share the steps, so that differences between members carry no noise from step-size
 //! control.
 
@@ -16,10 +17,10 @@ pub struct TimeGrid {
     pub times_s: Vec<f64>,
     /// Times at which the sensors are read, s; the first is zero.
     pub instants_s: Vec<f64>,
-    /// Interpolation of the instants between steps; `None` where steps end on all of them.
-    pub(super) interpolation: Option<RecordInterpolation>,
-    /// Major corners of the schedules, s; the first is zero.
-    pub(super) corners_s: Vec<f64>,
+    /// The steps at whose start the sensors are recorded, and the end of the last.
+    pub(super) recorded_steps: Vec<usize>,
+    /// The curve through the records.
+    pub(super) interpolation: RecordInterpolation,
 }
 
 /// Rule for the step lengths, before steps are subdivided.
@@ -148,13 +149,7 @@ impl TimeGrid {
         let ends_on_all = ends_on_instants && forcing.corners_s.len() <= MAX_CORNERS;
         let corners_s = if ends_on_all { &forcing.corners_s } else { &forcing.major_corners_s };
         let corners_s = sort_and_deduplicate(corners_s.clone(), duration_s);
-        let mut instants_s = instants_s(case);
-        let major_corners_s = sort_and_deduplicate(forcing.major_corners_s.clone(), duration_s);
-        if !case.limits.is_empty() {
-            // A peak may lie on a corner, where no interpolation between instants finds it.
-            instants_s.extend(&major_corners_s);
-            instants_s = sort_and_deduplicate(instants_s, duration_s);
-        }
+        let instants_s = instants_s(case);
 
         // At a jump of the pressure a record holds the gauges after the jump, so an earlier instant must not be
         // interpolated towards it: steps also end on the last instant before such a jump, and interpolation stays on
@@ -176,9 +171,40 @@ impl TimeGrid {
             }
             append_steps(&mut times_s, leg[0], leg[1], corner_s, control, subdivisions);
         }
-        let interpolation = (!ends_on_instants).then(|| RecordInterpolation::new(&times_s, &breaks_s, &instants_s));
-        Self { times_s, instants_s, interpolation, corners_s: major_corners_s }
+        let recorded_steps = if ends_on_instants {
+            recorded_steps(&times_s, &breaks_s, &instants_s)
+        } else {
+            (0..times_s.len()).collect()
+        };
+        let record_times_s: Vec<f64> = recorded_steps.iter().map(|&step| times_s[step]).collect();
+        let interpolation = RecordInterpolation::new(&record_times_s, &breaks_s, &instants_s);
+        Self { times_s, instants_s, recorded_steps, interpolation }
     }
+}
+
+/// Records of specified steps beside those at instants and corners, which bounds the memory of a member: a case may
+/// specify a million steps, and the curve through fewer records has the same peaks.
+const MAX_RECORDS: usize = 2048;
+/// Records between two corners at least, where there are so many steps.
+const MIN_SEGMENT_RECORDS: usize = 16;
+
+/// The steps at whose start specified steps are recorded: all instants and corners, and of the others all or every n-th
+/// after a corner.
+fn recorded_steps(times_s: &[f64], breaks_s: &[f64], instants_s: &[f64]) -> Vec<usize> {
+    let close_s = time_tolerance_s(times_s[times_s.len() - 1]);
+    let step_at = |&time_s: &f64| times_s.partition_point(|&other_s| other_s < time_s - close_s).min(times_s.len() - 1);
+    let mut breaks: Vec<usize> = breaks_s.iter().map(step_at).chain([0, times_s.len() - 1]).collect();
+    breaks.sort_unstable();
+    let stride = times_s.len().div_ceil(MAX_RECORDS);
+    let mut recorded: Vec<usize> = instants_s.iter().map(step_at).collect();
+    for ends in breaks.windows(2) {
+        let own = ((ends[1] - ends[0]) / MIN_SEGMENT_RECORDS).max(1);
+        recorded.extend((ends[0]..ends[1]).step_by(stride.min(own)));
+    }
+    recorded.push(times_s.len() - 1);
+    recorded.sort_unstable();
+    recorded.dedup();
+    recorded
 }
 
 /// Times at which the sensors are read, s: the output instants and the times of the observations.

@@ -90,11 +90,6 @@ pub(super) fn thinned(values: &[f64]) -> Vec<f64> {
     (0..values.len()).filter(is_picked).map(|index| values[index]).collect()
 }
 
-/// Index of the instant nearest to a time.
-pub(super) fn nearest_index(instants_s: &[f64], time_s: f64) -> Option<usize> {
-    (0..instants_s.len()).min_by(|&a, &b| (instants_s[a] - time_s).abs().total_cmp(&(instants_s[b] - time_s).abs()))
-}
-
 /// A correlation matrix of factors.
 pub(super) fn correlation_matrix(
     id: &str,

@@ -181,8 +181,9 @@ fn page_column(row: &Row<'_>) -> Vec<String> {
 /// What the numbers of the table mean, and what they leave out.
 fn notes(answers: &Answers, outcome: &Prediction, rows: &[Row<'_>]) -> Vec<String> {
     let mut notes = vec![
-        "The peak is the highest temperature over the run: of a ply at its hottest point, inside or on a face; of an \
-         interface at the hotter of its two faces; of a sensor its reading. The margin is the limit minus the peak."
+        "The peak is the highest temperature over the run, at the time steps and on the curve between them: of a ply \
+         at its hottest point, inside or on a face; of an interface at the hotter of its two faces; of a sensor its \
+         reading. The margin is the limit minus the peak."
             .to_owned(),
     ];
     let free = plies_without_limit(answers, outcome);
@@ -191,12 +192,6 @@ fn notes(answers: &Answers, outcome: &Prediction, rows: &[Row<'_>]) -> Vec<Strin
             free.iter().map(|(name, highest_k)| format!("{name} {} K", format::grouped(*highest_k, 0))).collect();
         notes.push(format!("Plies without a limit, highest temperature nominally: {}.", format::list(&free)));
     }
-    let interpolated_k = rows.iter().map(|row| row.nominal.interpolated_k).fold(0.0, f64::max);
-    notes.push(format!(
-        "Temperatures are read at the output instants and at the corners of the schedules; a peak between them is the \
-         vertex of a parabola through three, which adds {} at most.",
-        if interpolated_k > 0.0 { format::temperature_difference(interpolated_k) } else { "nothing".to_owned() }
-    ));
     let mut excluded = Vec::new();
     if let Some(reached) = &outcome.error_estimate {
         excluded.push(format!("the discretisation error ({})", format::temperature_difference(reached.nominal_k)));
@@ -367,7 +362,6 @@ mod tests {
         outcomes.case.limits = vec![limit(LimitedPart::Interface(3), 700.0), limit(LimitedPart::Sensor(3), 600.0)];
         let margin = |limit_k: f64, temperature_k: f64| Margin {
             peak: Peak { temperature_k, time_s: 78.0 },
-            interpolated_k: 0.012,
             margin_k: limit_k - temperature_k,
             time_above_s: if temperature_k > limit_k { 12.5 } else { 0.0 },
             still_warming: false,

@@ -5,7 +5,6 @@ mod record;
 mod sensitivity_indices;
 
 use super::figure::Figure;
-use super::figures::nearest_index;
 use super::files::json::JsonObject;
 use super::files::table::{CsvTable, NamedFile, cell};
 use super::files::tables::{factor_columns, header};
@@ -123,7 +122,7 @@ fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec
         } else {
             ("-".to_owned(), "-".to_owned())
         };
-        let top_factors = ranked_shares(&answers.case, outcome, index).into_iter().flatten().next();
+        let top_factors = ranked_shares(outcome, index).into_iter().next();
         let top_factors = top_factors.filter(|(_, share)| *share > 0.0).map_or("-".to_owned(), |(factor, share)| {
             format!("{} {}", format::truncate(&answers.case.factors[factor].name, 10), format::percent(share))
         });
@@ -164,9 +163,9 @@ fn peak_interval(case: &Case, outcome: &Uncertainty, sensor: usize) -> String {
     )
 }
 
-/// The factors with the largest variance shares at the nominal peak of a sensor.
+/// The factors with the largest shares of the variance of the peak of a sensor.
 fn largest_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
-    let text: Vec<String> = ranked_shares(case, outcome, sensor)?
+    let text: Vec<String> = ranked_shares(outcome, sensor)
         .into_iter()
         .take(3)
         .filter(|(_, share)| *share >= 0.05)
@@ -177,26 +176,23 @@ fn largest_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<S
         .collect();
     let name = &case.sensors[sensor].name;
     (!text.is_empty())
-        .then(|| format!("Largest variance shares at the nominal peak of {name}: {}.", format::list(&text)))
+        .then(|| format!("Largest shares of the variance of the peak of {name}: {}.", format::list(&text)))
 }
 
-/// Factors with their variance shares at the nominal peak of a sensor, largest first.
-fn ranked_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
-    let instant = nearest_index(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
-    let mut shares: Vec<(usize, f64)> = (0..case.factors.len())
-        .map(|factor| (factor, outcome.spreads[sensor].indices[instant].shares[factor]))
-        .collect();
+/// Factors with their shares of the variance of the peak of a sensor, largest first.
+fn ranked_shares(outcome: &Uncertainty, sensor: usize) -> Vec<(usize, f64)> {
+    let shares = outcome.peaks[sensor].temperature_indices.shares.iter().copied();
+    let mut shares: Vec<(usize, f64)> = shares.enumerate().collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Some(shares)
+    shares
 }
 
 fn page(answers: &Answers, outcome: &Uncertainty) -> String {
     let case = &answers.case;
     let rows: Vec<Vec<String>> = (case.sensors.iter().zip(&outcome.peaks).enumerate())
         .map(|(index, (sensor, peak))| {
-            let top_factors: Vec<String> = ranked_shares(case, outcome, index)
+            let top_factors: Vec<String> = ranked_shares(outcome, index)
                 .into_iter()
-                .flatten()
                 .take(3)
                 .filter(|(_, share)| *share >= 0.05)
                 .map(|(factor, share)| format!("{} {}", case.factors[factor].name, format::percent(share)))
@@ -354,8 +350,7 @@ mod tests {
         let (case, outcome) = (&outcomes.case, &outcomes.uncertainty);
         let figures = figures::all(&outcomes.answers("study"));
         for (sensor, of) in case.sensors.iter().enumerate() {
-            let instant = nearest_index(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s).expect("an instant");
-            let shares = &outcome.spreads[sensor].indices[instant].shares;
+            let shares = &outcome.peaks[sensor].temperature_indices.shares;
             let text = largest_shares(case, outcome, sensor).expect("shares");
             let (named, others): (Vec<usize>, Vec<usize>) =
                 (0..shares.len()).partition(|&factor| text.contains(&format!("{} (", case.factors[factor].name)));

@@ -51,9 +51,12 @@ impl SweepMerger {
         let traces = part.nominal(case.sensors.len());
         let temperatures = case.sensors.len() * plan.instants_s.len();
         let envelope = part.envelope();
-        let (limited, gauges) = (case.limits.len() * plan.instants_s.len(), plan.gauges() * plan.instants_s.len());
-        if (traces.temperatures_k.len(), traces.limited_k.len(), traces.gauges.len(), traces.extremes_k.len())
-            != (temperatures, limited, gauges, case.layup.plies.len())
+        let (limits, instants, plies) = (case.limits.len(), plan.instants_s.len(), case.layup.plies.len());
+        let found = (traces.temperatures_k.len(), traces.limited_k.len(), traces.gauges.len(), traces.extremes_k.len());
+        let peaks =
+            (traces.peaks.len(), traces.limited_peaks.len(), traces.times_above_s.len(), traces.gauge_peaks.len());
+        if found != (temperatures, limits * instants, plan.gauges() * instants, plies)
+            || peaks != (case.sensors.len(), limits, limits, plan.gauges())
             || (envelope.below_k.len(), envelope.above_k.len()) != (temperatures, temperatures)
         {
             return Err(damaged());

@@ -145,12 +145,12 @@ pub fn depth_profiles(
     Ok(Some(DepthProfiles { instants_s, depths, nominal_k, nominal_maximum_k, bands, cell_states }))
 }
 
-/// Instant × depth, and the maximum over all instants at each depth.
+/// Instant × depth, and the peak at each depth.
 fn profiles_of(traces: &Traces, member: usize, chosen: &[usize]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let depths = 0..traces.sensors;
     let at = |&instant: &usize| depths.clone().map(|depth| traces.trace(member, depth)[instant]).collect();
-    let highest = |depth| traces.trace(member, depth).iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    (chosen.iter().map(at).collect(), depths.clone().map(highest).collect())
+    let highest = traces.member_peaks(member).iter().map(|peak| peak.temperature_k);
+    (chosen.iter().map(at).collect(), highest.collect())
 }
 
 /// Bands over the first members of a sweep; `None` if fewer than two complete.
@@ -266,8 +266,7 @@ mod tests {
         let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
         let mut peaks = Vec::new();
         march_members(&mut march, &plan.clone().without_gauges(), &sweep.ensemble(&case), 0..40, &mut |traces| {
-            let highest = |member| traces.trace(member, sensor).iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            peaks.extend((0..traces.members()).map(highest));
+            peaks.extend((0..traces.members()).map(|member| traces.peak(member, sensor).temperature_k));
         })
         .expect("it marches");
         peaks.sort_by(f64::total_cmp);

@@ -6,7 +6,7 @@ use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 use crate::random::RandomStream;
-use crate::traces::Traces;
+use crate::traces::{Peak, Traces};
 
 /// What the standard deviation of the emissivity changes.
 #[derive(Clone, Debug)]
@@ -32,6 +32,12 @@ pub(crate) struct TraceShift {
     sensors_k: Vec<f64>,
     /// Temperature limit × instant, K.
     limits_k: Vec<f64>,
+    /// Peaks of sensors.
+    peaks: Vec<Peak>,
+    /// Peaks of the parts with temperature limits.
+    limited_peaks: Vec<Peak>,
+    /// Times above temperature limits, s.
+    times_above_s: Vec<f64>,
 }
 
 /// Added to the seed of a sweep for the emissivities of its members, so that they are independent of the factors.
@@ -39,16 +45,26 @@ const EMISSIVITY_SEED: u64 = 0x656d_6973_7369_7665;
 
 impl TraceShift {
     fn of(lower: &Traces, higher: &Traces) -> Self {
+        let half_peaks = |lower: &[Peak], higher: &[Peak]| {
+            let half = |(l, h): (&Peak, &Peak)| Peak {
+                temperature_k: 0.5 * (h.temperature_k - l.temperature_k),
+                time_s: 0.5 * (h.time_s - l.time_s),
+            };
+            lower.iter().zip(higher).map(half).collect()
+        };
         let half = |lower: &[f64], higher: &[f64]| lower.iter().zip(higher).map(|(l, h)| 0.5 * (h - l)).collect();
         Self {
             sensors_k: half(&lower.temperatures_k, &higher.temperatures_k),
             limits_k: half(&lower.limited_k, &higher.limited_k),
+            peaks: half_peaks(&lower.peaks, &higher.peaks),
+            limited_peaks: half_peaks(&lower.limited_peaks, &higher.limited_peaks),
+            times_above_s: half(&lower.times_above_s, &higher.times_above_s),
         }
     }
 
     /// Change the traces of every member by the change for a standard deviation times a standard normal number, which
-    /// depends on the seed of the sweep and the index of the member alone.
-    pub(crate) fn apply(&self, traces: &mut Traces, seed: u64) {
+    /// depends on the seed of the sweep and the index of the member alone. Times stay within the march.
+    pub(crate) fn apply(&self, traces: &mut Traces, seed: u64, end_s: f64) {
         let scores: Vec<f64> = (traces.first..traces.first + traces.members())
             .map(|member| RandomStream::new(seed.wrapping_add(EMISSIVITY_SEED), member as u64).normal())
             .collect();
@@ -57,6 +73,19 @@ impl TraceShift {
         {
             for (member_k, score) in values_k.chunks_exact_mut(change_k.len().max(1)).zip(&scores) {
                 member_k.iter_mut().zip(change_k).for_each(|(value_k, change_k)| *value_k += score * change_k);
+            }
+        }
+        for (peaks, changes) in [(&mut traces.peaks, &self.peaks), (&mut traces.limited_peaks, &self.limited_peaks)] {
+            for (of_member, score) in peaks.chunks_exact_mut(changes.len().max(1)).zip(&scores) {
+                for (peak, change) in of_member.iter_mut().zip(changes) {
+                    peak.temperature_k += score * change.temperature_k;
+                    peak.time_s = (peak.time_s + score * change.time_s).clamp(0.0, end_s);
+                }
+            }
+        }
+        for (of_member, score) in traces.times_above_s.chunks_exact_mut(self.times_above_s.len().max(1)).zip(&scores) {
+            for (above_s, change_s) in of_member.iter_mut().zip(&self.times_above_s) {
+                *above_s = (*above_s + score * change_s).clamp(0.0, end_s);
             }
         }
     }

@@ -1,21 +1,16 @@
 //! Margins of a case to its temperature limits: of one prediction, and of the members of a sweep.
 
-use super::peak::Peak;
 use super::proportion::{Proportion, quantile_ranks_95, upper_bound_rank};
-use crate::case::{Case, Face, LimitedPart, Schedule};
 use crate::plan::Plan;
-use crate::traces::Traces;
+use crate::traces::{Peak, Traces};
 
 /// The hottest temperature of a part over time, against its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Margin {
-    /// The peak: the highest reading at an instant, or the vertex of the parabola through the three instants around it
-    /// where no corner of a schedule lies among them; of a ply at a held face at least the prescribed temperature.
+    /// The peak over the whole march; of a ply at a held face at least the prescribed temperature.
     pub peak: Peak,
-    /// Height of that vertex above the highest reading, K.
-    pub interpolated_k: f64,
     /// Limit minus peak, K.
     pub margin_k: f64,
     /// Time above the limit, s.
@@ -28,121 +23,22 @@ impl Margin {
     /// The margin of a member that failed.
     pub(super) fn without_values() -> Self {
         let peak = Peak { temperature_k: f64::NAN, time_s: f64::NAN };
-        Self { peak, interpolated_k: f64::NAN, margin_k: f64::NAN, time_above_s: f64::NAN, still_warming: false }
+        Self { peak, margin_k: f64::NAN, time_above_s: f64::NAN, still_warming: false }
     }
 }
 
-/// Reads the margins of members of a plan.
-pub(crate) struct MarginReader<'a> {
-    plan: &'a Plan,
-    limits_k: Vec<f64>,
-    /// Highest prescribed temperature of each limited ply or sensor at a held face.
-    prescribed: Vec<Option<Peak>>,
-}
-
-impl<'a> MarginReader<'a> {
-    pub(crate) fn new(case: &Case, plan: &'a Plan) -> Self {
-        Self {
-            plan,
-            limits_k: case.limits.iter().map(|limit| limit.limit_k).collect(),
-            prescribed: case.limits.iter().map(|limit| prescribed_peak(case, plan, limit.part)).collect(),
-        }
-    }
-
-    /// The margins of a member, one for each limit of the case.
-    pub(crate) fn read(&self, traces: &Traces, member: usize) -> Vec<Margin> {
-        let of_limit = |(limit, (&limit_k, prescribed)): (usize, (&f64, &Option<Peak>))| {
-            self.margin(traces.limited(member, limit), limit_k, *prescribed)
-        };
-        self.limits_k.iter().zip(&self.prescribed).enumerate().map(of_limit).collect()
-    }
-
-    fn margin(&self, trace_k: &[f64], limit_k: f64, prescribed: Option<Peak>) -> Margin {
-        let instants_s = &self.plan.instants_s;
-        let last = trace_k.len() - 1;
-        let (mut peak, mut interpolated_k) = peak_between_instants(self.plan, trace_k, prescribed.is_some());
-        if let Some(prescribed) = prescribed.filter(|prescribed| prescribed.temperature_k > peak.temperature_k) {
-            (peak, interpolated_k) = (prescribed, 0.0);
-        }
+/// The margins of a member, one for each limit of the case of a plan, in their order.
+pub(crate) fn margins_of(plan: &Plan, traces: &Traces, member: usize) -> Vec<Margin> {
+    let of_limit = |(index, limit_k): (usize, f64)| {
+        let (peak, trace_k) = (traces.limited_peak(member, index), traces.limited(member, index));
         Margin {
             peak,
-            interpolated_k,
             margin_k: limit_k - peak.temperature_k,
-            time_above_s: time_above_s(trace_k, instants_s, limit_k),
-            still_warming: last > 0 && peak.time_s >= instants_s[last] && trace_k[last] > trace_k[last - 1],
+            time_above_s: if peak.temperature_k > limit_k { traces.time_above_s(member, index) } else { 0.0 },
+            still_warming: peak.time_s >= plan.end_s() && peak.temperature_k > trace_k[0],
         }
-    }
-}
-
-/// The peak of a trace, and its height above the highest reading at an instant, K. At a held face a trace may jump at a
-/// corner, so that no corner is one of the three instants.
-fn peak_between_instants(plan: &Plan, trace_k: &[f64], is_held: bool) -> (Peak, f64) {
-    let instants_s = &plan.instants_s;
-    let reading = Peak::of(trace_k, instants_s);
-    let at = trace_k.iter().position(|&temperature_k| temperature_k == reading.temperature_k).unwrap_or(0);
-    if at == 0 || at + 1 >= trace_k.len() {
-        return (reading, 0.0);
-    }
-    let kinks = if is_held { at - 1..=at + 1 } else { at..=at };
-    if kinks.into_iter().any(|instant| plan.is_corner(instant)) {
-        return (reading, 0.0);
-    }
-    let (before_s, after_s) = (instants_s[at] - instants_s[at - 1], instants_s[at + 1] - instants_s[at]);
-    let rise = (trace_k[at] - trace_k[at - 1]) / before_s;
-    let fall = (trace_k[at] - trace_k[at + 1]) / after_s;
-    if rise + fall <= 0.0 {
-        return (reading, 0.0);
-    }
-    let tilt_k = rise * after_s - fall * before_s;
-    let excess_k = tilt_k * tilt_k / (4.0 * (rise + fall) * (before_s + after_s));
-    let time_s = instants_s[at] + 0.5 * tilt_k / (rise + fall);
-    (Peak { temperature_k: reading.temperature_k + excess_k, time_s }, excess_k)
-}
-
-/// The peak of a sensor, as that of its limit would be.
-pub(crate) fn sensor_peak(plan: &Plan, sensor: usize, trace_k: &[f64]) -> Peak {
-    let is_held = plan.held_readings.iter().any(|held| held.sensor == sensor);
-    peak_between_instants(plan, trace_k, is_held).0
-}
-
-/// Time for which a trace that is linear between instants is above a limit, s.
-fn time_above_s(trace_k: &[f64], instants_s: &[f64], limit_k: f64) -> f64 {
-    let pieces = trace_k.windows(2).zip(instants_s.windows(2));
-    let above = pieces.map(|(ends_k, ends_s)| {
-        let [start, end] = [ends_k[0] - limit_k, ends_k[1] - limit_k];
-        let share = match (start > 0.0, end > 0.0) {
-            (true, true) => 1.0,
-            (false, false) => 0.0,
-            (true, false) => start / (start - end),
-            (false, true) => end / (end - start),
-        };
-        share * (ends_s[1] - ends_s[0])
-    });
-    above.sum()
-}
-
-/// The highest prescribed temperature of a ply with a held face, or of a sensor on one.
-fn prescribed_peak(case: &Case, plan: &Plan, part: LimitedPart) -> Option<Peak> {
-    let last = case.layup.plies.len() - 1;
-    let lies_at = |face: usize| match part {
-        LimitedPart::Ply(ply) => ply == [0, last][face],
-        LimitedPart::Interface(_) => false,
-        LimitedPart::Sensor(sensor) => plan.held_readings.iter().any(|held| (held.sensor, held.face) == (sensor, face)),
     };
-    let faces = [&case.exposure.hot_face, &case.exposure.back_face].into_iter().enumerate();
-    let held = faces.filter_map(|(face, kind)| match kind {
-        Face::Held(schedule) if lies_at(face) => Some(highest(schedule, case.exposure.duration_s)),
-        _ => None,
-    });
-    held.reduce(|one, other| if other.temperature_k > one.temperature_k { other } else { one })
-}
-
-fn highest(schedule: &Schedule, duration_s: f64) -> Peak {
-    let corners = schedule.times_s.iter().copied().zip(schedule.values.iter().copied());
-    let ends = [(0.0, schedule.after(0.0)), (duration_s, schedule.before(duration_s))];
-    let (times_s, values): (Vec<f64>, Vec<f64>) =
-        corners.filter(|(time_s, _)| (0.0..duration_s).contains(time_s)).chain(ends).unzip();
-    Peak::of(&values, &times_s)
+    plan.limits.iter().map(|limit| limit.limit_k).enumerate().map(of_limit).collect()
 }
 
 /// Probabilities of the percentiles of a peak: 95, 99 and 99.87, the last one near three standard deviations of a
@@ -409,18 +305,9 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_is_above_a_limit_between_its_crossings() {
-        let (trace_k, instants_s) = ([300.0, 500.0, 500.0, 300.0], [0.0, 2.0, 5.0, 6.0]);
-        assert!((time_above_s(&trace_k, &instants_s, 400.0) - 4.5).abs() < 1e-12);
-        assert_eq!(time_above_s(&trace_k, &instants_s, 500.0), 0.0);
-        assert_eq!(time_above_s(&trace_k, &instants_s, 200.0), 6.0);
-    }
-
-    #[test]
     fn samples_of_parts_merge_to_those_of_the_whole_in_any_order() {
         let margin = |peak_k: f64| Margin {
             peak: Peak { temperature_k: peak_k, time_s: 1.0 },
-            interpolated_k: 0.0,
             margin_k: 0.0,
             time_above_s: peak_k / 100.0,
             still_warming: false,

@@ -18,7 +18,6 @@ pub mod margins;
 pub mod model_comparison;
 pub mod nominal;
 pub mod observation_check;
-pub(crate) mod peak;
 pub mod posterior;
 pub mod proportion;
 #[cfg(feature = "serde")]

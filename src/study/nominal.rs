@@ -1,13 +1,13 @@
 //! Predicted temperatures of a case.
 
-use super::margins::{Margin, MarginReader};
-pub use super::peak::Peak;
+use super::margins::{Margin, margins_of};
 use crate::case::{Case, Observation};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 pub use crate::plan::ErrorEstimate;
 use crate::plan::Plan;
-use crate::traces::{Balance, Gauge, MemberStatus, Traces};
+pub use crate::traces::Peak;
+use crate::traces::{Balance, Gauge, GaugePeak, MemberStatus, Traces};
 
 /// The prediction of one member: at the nominal factors, or at an estimate.
 #[derive(Clone, Debug)]
@@ -93,12 +93,15 @@ impl Prediction {
         let plies = case.layup.plies.len();
         let prediction = Self {
             instants_s: plan.instants_s.clone(),
-            peaks: temperatures_k.iter().map(|trace| Peak::of(trace, &plan.instants_s)).collect(),
+            peaks: traces.member_peaks(member).to_vec(),
             limited_k: (0..case.limits.len()).map(|limit| traces.limited(member, limit).to_vec()).collect(),
-            margins: MarginReader::new(case, plan).read(traces, member),
+            margins: margins_of(plan, traces, member),
             gauge_traces: Gauge::ALL
                 .into_iter()
-                .filter_map(|gauge| Some(GaugeTrace::of(gauge, traces.gauge(member, gauge)?, &plan.instants_s)))
+                .filter_map(|gauge| {
+                    let peak = traces.gauge_peak(member, gauge)?;
+                    Some(GaugeTrace::new(gauge, traces.gauge(member, gauge)?, peak))
+                })
                 .collect(),
             status: traces.statuses[member].clone(),
             balance: traces.balances[member],
@@ -159,12 +162,14 @@ impl Prediction {
 }
 
 impl GaugeTrace {
-    /// The first value of largest magnitude, and the last value.
-    pub fn of(gauge: Gauge, values: &[f64], instants_s: &[f64]) -> Self {
-        let (peak, peak_time_s) =
-            values.iter().zip(instants_s).fold((0.0, 0.0), |peak: (f64, f64), (&value, &time_s)| {
-                if value.abs() > peak.0.abs() { (value, time_s) } else { peak }
-            });
+    /// The extreme over the march.
+    pub fn extreme(&self) -> GaugePeak {
+        GaugePeak { value: self.peak, time_s: self.peak_time_s }
+    }
+
+    /// From the values at the instants, and the extreme of the march.
+    pub fn new(gauge: Gauge, values: &[f64], extreme: GaugePeak) -> Self {
+        let GaugePeak { value: peak, time_s: peak_time_s } = extreme;
         // Adding zero turns a negative zero, which a front at the surface may return, into a positive one.
         let values: Vec<f64> = values.iter().map(|value| value + 0.0).collect();
         Self { gauge, peak, peak_time_s, end: values.last().copied().unwrap_or(f64::NAN), values }
@@ -214,17 +219,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_peak_of_an_inward_gas_flux_is_its_largest_magnitude() {
-        let instants_s = [0.0, 1.0, 2.0, 3.0];
-        let inwards = GaugeTrace::of(Gauge::GasFlux, &[0.0, -0.3, -0.3, -0.1], &instants_s);
-        assert_eq!((inwards.peak, inwards.peak_time_s, inwards.end), (-0.3, 1.0, -0.1));
-        let outwards = GaugeTrace::of(Gauge::GasFlux, &[0.0, -0.3, 0.4, 0.2], &instants_s);
-        assert_eq!((outwards.peak, outwards.peak_time_s, outwards.end), (0.4, 2.0, 0.2));
-    }
-
-    #[test]
     fn no_reading_is_a_negative_zero() {
-        let nowhere = GaugeTrace::of(Gauge::CharFront, &[-0.0, -0.0], &[0.0, 1.0]);
+        let nowhere = GaugeTrace::new(Gauge::CharFront, &[-0.0, -0.0], GaugePeak { value: 0.0, time_s: 0.0 });
         assert!(nowhere.values.iter().chain([&nowhere.peak, &nowhere.end]).all(|value| value.is_sign_positive()));
     }
 }

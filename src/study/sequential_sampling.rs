@@ -14,7 +14,7 @@ mod target;
 
 pub use target::{HalfWidth, PrecisionTarget, TargetQuantity};
 
-use super::margins::{quantile_rank, sensor_peak};
+use super::margins::quantile_rank;
 use super::proportion::{Proportion, quantile_ranks};
 use super::uncertainty::{Sweep, SweepStatistics};
 use crate::case::Case;
@@ -181,7 +181,7 @@ pub fn sweep_until(
         let marched = gathered.march(case, plan, march, &ensemble, range, &mut |_, ensemble, traces| {
             for member in 0..traces.members() {
                 let is_completed = traces.statuses[member] == MemberStatus::Completed;
-                let peak = sensor_peak(plan, target.sensor, traces.trace(member, target.sensor));
+                let peak = traces.peak(member, target.sensor);
                 peaks_k.push(if is_completed { peak.temperature_k } else { f64::INFINITY });
                 failed += usize::from(!is_completed);
             }

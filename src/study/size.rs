@@ -9,7 +9,7 @@ pub use required_thickness::RequiredThickness;
 pub(in crate::study) use scalable_case::{ScalableCase, mass_kg_m2};
 pub(in crate::study) use thickness_march::{SearchStart, ThicknessMarch, by_reason};
 
-use super::margins::{MarginReader, quantile_rank};
+use super::margins::quantile_rank;
 use super::nominal::{Peak, nominal};
 use super::proportion::{Proportion, counts_below_95, quantile_ranks_95};
 use super::uncertainty::{Failure, Sweep, uncertainty};
@@ -428,10 +428,9 @@ fn independent_check(
     let kind = if sampling.kind == SamplingKind::Uniform { SamplingKind::Uniform } else { SamplingKind::Normal };
     let sampling = Sampling { kind, seed: sampling.seed.wrapping_add(1) };
     let mut peaks_k = Vec::with_capacity(members);
-    let reader = MarginReader::new(anew, &plan);
     let outcome = uncertainty(anew, &plan, march, &nominal, &Sweep { sampling, ..*sweep }, &mut |_, traces| {
         let completed = (0..traces.members()).filter(|&member| traces.statuses[member] == MemberStatus::Completed);
-        peaks_k.extend(completed.map(|member| reader.read(traces, member)[0].peak.temperature_k));
+        peaks_k.extend(completed.map(|member| traces.limited_peak(member, 0).temperature_k));
     })?;
     peaks_k.sort_by(f64::total_cmp);
     let count = peaks_k.partition_point(|&peak_k| peak_k <= demand.limit_k);

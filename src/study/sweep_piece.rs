@@ -7,14 +7,14 @@
 
 use super::checksum::{Checksum, sealed, unsealed, write_sealed};
 use super::margins::MarginSamples;
-use super::nominal::Prediction;
+use super::nominal::{GaugeTrace, Prediction};
 use super::run_record::RunRecord;
 use super::simultaneous_band::Envelope;
 use super::uncertainty::{Failure, SweepStatistics};
 use crate::case::{Case, InputFile, unreadable_file_message};
 use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::march;
-use crate::traces::{Balance, MemberStatus, Traces};
+use crate::traces::{Balance, GaugePeak, MemberStatus, Peak, Traces};
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
@@ -116,6 +116,12 @@ struct NominalRecord {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     limited_k: Vec<f64>,
     gauges: Vec<f64>,
+    peaks: Vec<Peak>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    limited_peaks: Vec<Peak>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    times_above_s: Vec<f64>,
+    gauge_peaks: Vec<GaugePeak>,
     balance: Balance,
     extremes_k: Vec<(f64, f64)>,
 }
@@ -160,6 +166,10 @@ impl Piece {
                 above_k: gathered.envelope().above_k.clone(),
                 limited_k: nominal.limited_k.concat(),
                 gauges: nominal.gauge_traces.iter().flat_map(|reading| reading.values.iter().copied()).collect(),
+                peaks: nominal.peaks.clone(),
+                limited_peaks: nominal.margins.iter().map(|margin| margin.peak).collect(),
+                times_above_s: nominal.margins.iter().map(|margin| margin.time_above_s).collect(),
+                gauge_peaks: nominal.gauge_traces.iter().map(GaugeTrace::extreme).collect(),
                 balance: nominal.balance,
                 extremes_k: nominal.extremes_k.clone(),
             },
@@ -259,6 +269,10 @@ impl Piece {
             temperatures_k: self.nominal.temperatures_k.clone(),
             limited_k: self.nominal.limited_k.clone(),
             gauges: self.nominal.gauges.clone(),
+            peaks: self.nominal.peaks.clone(),
+            limited_peaks: self.nominal.limited_peaks.clone(),
+            times_above_s: self.nominal.times_above_s.clone(),
+            gauge_peaks: self.nominal.gauge_peaks.clone(),
             statuses: vec![MemberStatus::Completed],
             balances: vec![self.nominal.balance],
             extremes_k: self.nominal.extremes_k.clone(),

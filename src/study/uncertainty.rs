@@ -1,7 +1,7 @@
 //! Monte Carlo uncertainty of the prediction, and its attribution to factors.
 
 use super::driver_emissivity::{DriverEmissivity, TraceShift, driver_emissivity};
-use super::margins::{Margin, MarginReader, MarginSamples, MarginStatistics};
+use super::margins::{Margin, MarginSamples, MarginStatistics, margins_of};
 use super::nominal::{Peak, Prediction};
 use super::simultaneous_band::{COVERAGE_PERCENT, Envelope, SimultaneousBand, TraceCoverage};
 use super::statistics::{Accumulator, BLOCK, SensitivityIndices};
@@ -162,13 +162,12 @@ const OUTPUTS_PER_TRACE: usize = 3;
 
 /// The outputs of a member: temperatures, sensor × instant; then peaks, times of the peaks, and largest deviations, one
 /// per sensor each.
-fn member_outputs(traces: &Traces, member: usize, instants_s: &[f64], coverage: &TraceCoverage, outputs: &mut [f64]) {
+fn member_outputs(traces: &Traces, member: usize, coverage: &TraceCoverage, outputs: &mut [f64]) {
     let (temperatures_k, of_sensors) = outputs.split_at_mut(traces.sensors * traces.instants);
     temperatures_k.copy_from_slice(traces.member(member));
     let (peaks_k, rest) = of_sensors.split_at_mut(traces.sensors);
     let (times_s, deviations) = rest.split_at_mut(traces.sensors);
-    for (sensor, (peak_k, time_s)) in peaks_k.iter_mut().zip(times_s).enumerate() {
-        let peak = Peak::of(traces.trace(member, sensor), instants_s);
+    for ((peak_k, time_s), peak) in peaks_k.iter_mut().zip(times_s).zip(traces.member_peaks(member)) {
         (*peak_k, *time_s) = (peak.temperature_k, peak.time_s);
     }
     deviations.iter_mut().zip(coverage.max_deviations(traces.member(member))).for_each(|(at, largest)| *at = largest);
@@ -231,11 +230,10 @@ impl SweepStatistics {
         members: Range<usize>,
         watch: &mut dyn FnMut(&Self, &Ensemble, &Traces),
     ) -> Result<(), MarchError> {
-        let reader = MarginReader::new(case, plan);
         let (mut outputs, has_limits) = (Vec::new(), !self.margins.is_empty());
         let marched = march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |mut traces| {
             if let Some((shift, seed)) = &self.emissivity {
-                shift.apply(&mut traces, *seed);
+                shift.apply(&mut traces, *seed, plan.end_s());
             }
             let width = traces.sensors * (traces.instants + OUTPUTS_PER_TRACE);
             for first in (0..traces.members()).step_by(BLOCK) {
@@ -243,11 +241,12 @@ impl SweepStatistics {
                 outputs.resize(block.len() * width, 0.0);
                 // Without sensors there are no outputs.
                 outputs.par_chunks_mut(width.max(1)).enumerate().for_each(|(member, outputs)| {
-                    member_outputs(&traces, block.start + member, &plan.instants_s, &self.traces, outputs);
+                    member_outputs(&traces, block.start + member, &self.traces, outputs);
                 });
                 let is_complete = |member: usize| traces.statuses[member] == MemberStatus::Completed;
-                let margins =
-                    |member| if has_limits && is_complete(member) { reader.read(&traces, member) } else { Vec::new() };
+                let margins = |member| {
+                    if has_limits && is_complete(member) { margins_of(plan, &traces, member) } else { Vec::new() }
+                };
                 let margins: Vec<Vec<Margin>> = block.clone().into_par_iter().map(margins).collect();
                 for (member, margins) in block.clone().zip(&margins) {
                     if is_complete(member) {

@@ -52,7 +52,8 @@ fn the_reported_error_is_close_to_the_true_one_and_follows_the_tolerance() {
     let case = case("lcat-2259");
     let reference = marched(&fine(&case), &case);
     let mut last = (f64::INFINITY, 0);
-    for tolerance_k in [2.0, 0.3, 0.05] {
+    // On fewer than some 9,000 cell-steps members at corners of the large bounds diverge, whatever the tolerance.
+    for tolerance_k in [2.0, 0.2, 0.05] {
         let case = modified(&case, |case| case.resolution.tolerance_k = Some(tolerance_k));
         let plan = adapt(&case).expect("the processor does not fail");
         let reached = plan.error_estimate.as_ref().expect("an adapted plan has an estimate");

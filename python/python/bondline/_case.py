@@ -258,7 +258,31 @@ class Case:
         numpy.ndarray
             Temperatures, K: member × sensor × instant. A member that fails has ``nan``.
         """
+        return self._march(points, progress)[0]
+
+    def _march(self, points: ArrayLike | pandas.DataFrame, progress: ProgressOption = False) -> tuple[Array, Array]:
+        """Temperatures, and peaks: member × sensor × (temperature, time)."""
         return self._core.march(self._points(points), words(self._session), _report(progress))
+
+    def peaks(
+        self, points: ArrayLike | pandas.DataFrame, progress: ProgressOption = False
+    ) -> tuple[Array, Array]:
+        """Peaks of members with stated values of the factors, over the whole march, whatever the output instants.
+
+        Parameters
+        ----------
+        points
+            As in :meth:`march`.
+        progress
+            As in :meth:`march`.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Highest temperatures, K, and their times, s: member × sensor. A member that fails has ``nan``.
+        """
+        found = self._core.peaks(self._points(points), words(self._session), _report(progress))
+        return found[..., 0], found[..., 1]
 
     def tangents(
         self,
@@ -282,10 +306,19 @@ class Case:
         tuple of numpy.ndarray
             Temperatures, K: member × sensor × instant; derivatives, K: member × factor × sensor × instant.
         """
+        both, _ = self._tangents(points, factors, progress)
+        return both[:, 0], both[:, 1:]
+
+    def _tangents(
+        self,
+        points: ArrayLike | pandas.DataFrame,
+        factors: Iterable[str] | None = None,
+        progress: ProgressOption = False,
+    ) -> tuple[Array, Array]:
+        """Temperatures, and peaks, each of a member and its derivatives."""
         chosen = self.factors if factors is None else list(factors)
         places = [self._place(name) for name in chosen]
-        both = self._core.tangents(self._points(points), places, words(self._session), _report(progress))
-        return both[:, 0], both[:, 1:]
+        return self._core.tangents(self._points(points), places, words(self._session), _report(progress))
 
     def _place(self, name: str) -> int:
         if name not in self.factors:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bondline._case import Case
 
 Array = NDArray[np.float64]
-_Members = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]
+_Members = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]
 
 #: The percentiles of a sweep.
 PERCENTILES = (2.5, 25.0, 50.0, 75.0, 97.5)
@@ -182,11 +182,9 @@ class Uncertainty(Prediction):
         """The members, if they were kept: factors, peak temperature of each sensor in K, and whether it completed."""
         import pandas
 
-        factors, temperatures_k, completed = self._kept()
+        factors, _, peaks, completed = self._kept()
         columns = {name: factors[:, place] for place, name in enumerate(self.case.factors)}
-        columns |= {
-            f"{name}_peak_k": temperatures_k[:, place].max(axis=1) for place, name in enumerate(self.case.sensors)
-        }
+        columns |= {f"{name}_peak_k": peaks[:, place, 0] for place, name in enumerate(self.case.sensors)}
         index = pandas.RangeIndex(len(factors), name="member")
         return pandas.DataFrame(columns | {"completed": completed}, index=index)
 

@@ -56,18 +56,17 @@ def respond(case: Case, factors: Mapping[str, float], by: Sequence[str] = ()) ->
     for name, value in factors.items():
         row[case._place(name)] = value
     if by:
-        marched_k, slopes_k = case.tangents([row], by)
-        temperatures_k, slopes_k = marched_k[0], slopes_k[0]
+        marched_k, peaks = case._tangents([row], by)
+        marched_k, peaks = marched_k[0], peaks[0]
     else:
-        temperatures_k = case.march([row])[0]
-        slopes_k = np.empty((0, *temperatures_k.shape))
+        marched_k, peaks = case._march([row])
+    temperatures_k, slopes_k = marched_k[0], marched_k[1:]
     if not np.isfinite(temperatures_k).all():
         raise BondlineError(f"the march of {case.id!r} failed at {dict(factors)}")
     found: dict[str, tuple[float, Array]] = {}
     for place, sensor in enumerate(case.sensors):
-        # The derivative of a maximum is that at its instant.
-        instant = int(temperatures_k[place].argmax())
-        found[f"peak_{sensor}"] = float(temperatures_k[place, instant]), slopes_k[:, place, instant]
+        # Of a derivative the peak is the derivative at the time of the member's peak.
+        found[f"peak_{sensor}"] = float(peaks[0, place, 0]), peaks[1:, place, 0]
     for name, number, place, instant, measured_k, sigma_k in _samples(case):
         value_k, slope_k = float(temperatures_k[place, instant]), slopes_k[:, place, instant]
         found[name] = value_k, slope_k

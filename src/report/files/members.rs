@@ -337,15 +337,9 @@ mod tests {
         let path = scratch("traces");
         let mut file = TracesFile::create(&path, &["TC1", "TC2"], &[0.0, 1.0, 2.0]).expect("a new file");
         let traces = Traces {
-            first: 40,
-            sensors: 2,
-            instants: 3,
             temperatures_k: (0..12).map(|n| 300.0 + f64::from(n)).collect(),
-            limited_k: Vec::new(),
-            gauges: Vec::new(),
             statuses: vec![MemberStatus::Diverged { time_s: 1.0 }, MemberStatus::Completed],
-            balances: Vec::new(),
-            extremes_k: Vec::new(),
+            ..Traces::empty(40, 2, 3)
         };
         file.append(&traces).expect("it takes a run");
         file.close(&[]).expect("it closes");

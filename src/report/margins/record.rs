@@ -22,7 +22,6 @@ struct MarginRecord<'a> {
 struct NominalRecord {
     peak_k: f64,
     peak_time_s: f64,
-    interpolated_k: f64,
     margin_k: f64,
     time_above_s: f64,
     still_warming: bool,
@@ -98,7 +97,6 @@ pub(in crate::report) fn write_summary(
     let margin = |row: &Row<'_>| NominalRecord {
         peak_k: row.nominal.peak.temperature_k,
         peak_time_s: row.nominal.peak.time_s,
-        interpolated_k: row.nominal.interpolated_k,
         margin_k: row.nominal.margin_k,
         time_above_s: row.nominal.time_above_s,
         still_warming: row.nominal.still_warming,

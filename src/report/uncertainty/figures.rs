@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::report::figure::{Axis, Figure, Ink, Layer, StackedArea, Stroke};
 use crate::report::figures::{
-    CONSTANT_K, data_window, file_name, line, measured, nearest_index, temperature_axis, thinned, time_axis,
+    CONSTANT_K, data_window, file_name, line, measured, temperature_axis, thinned, time_axis,
 };
 use crate::report::format;
 use crate::study::nominal::Prediction;
@@ -91,17 +91,14 @@ fn variance_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure 
         ink: Ink::Series(index),
         values: thinned(&percent(index)),
     });
-    let peak = outcome.peaks[sensor].nominal;
-    let top_factors = nearest_index(&outcome.instants_s, peak.time_s).and_then(|instant| {
-        let shares = &causes[instant].shares;
-        let most = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
-        Some(format!(
-            " At the nominal peak ({}) {} ({}) has the largest share, {}.",
-            format::seconds(peak.time_s),
+    let top_factors = super::ranked_shares(outcome, sensor).first().map(|&(most, share)| {
+        format!(
+            " In the variance of the peak (nominally at {}) {} ({}) has the largest share, {}.",
+            format::seconds(outcome.peaks[sensor].nominal.time_s),
             case.factors[most].name,
             format::factor_meaning(&case.factors[most]),
-            format::percent(shares[most]),
-        ))
+            format::percent(share),
+        )
     });
     Figure {
         id: file_name("shares", name),

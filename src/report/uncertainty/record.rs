@@ -79,11 +79,10 @@ fn indices_record<'a>(case: &'a Case, causes: &SensitivityIndices) -> IndicesRec
     }
 }
 
-/// Sensor → factor → variance share at the sensor's nominal peak.
+/// Sensor → factor → share of the variance of the sensor's peak.
 pub(super) fn variance_shares<'a>(case: &'a Case, outcome: &Uncertainty) -> OrderedMap<'a, OrderedMap<'a, f64>> {
     let of = |sensor: usize| {
-        let ranked = super::ranked_shares(case, outcome, sensor);
-        let named = ranked.into_iter().flatten();
+        let named = super::ranked_shares(outcome, sensor).into_iter();
         OrderedMap(named.map(|(factor, share)| (case.factors[factor].name.as_str(), share)).collect())
     };
     OrderedMap(case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())

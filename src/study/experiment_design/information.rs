@@ -164,9 +164,8 @@ impl<'a> Gathering<'a> {
             self.add_candidate(traces, row, sensor);
         }
         let target = self.candidates.len();
-        let trace_k = traces.trace(row, target);
-        let at = (0..trace_k.len()).max_by(|&a, &b| trace_k[a].total_cmp(&trace_k[b])).unwrap_or(0);
-        self.prediction.extend(self.deviations.iter().enumerate().map(|(factor, sd)| sd * slopes(factor, target)[at]));
+        let by_factor = |factor: usize| traces.peak(row + 1 + factor, target).temperature_k;
+        self.prediction.extend(self.deviations.iter().enumerate().map(|(factor, sd)| sd * by_factor(factor)));
         if is_nominal {
             let scaled = |factor: usize, sensor: usize| -> Vec<f64> {
                 slopes(factor, sensor).iter().map(|slope| self.deviations[factor] * slope).collect()

@@ -99,7 +99,7 @@ pub(super) fn predict(
         for member in 0..traces.members() {
             let row = traces.member(member);
             plain.extend_from_slice(row);
-            plain.extend(row.chunks(instants).map(highest_k));
+            plain.extend(traces.member_peaks(member).iter().map(|peak| peak.temperature_k));
             let mut peaks_k = Vec::with_capacity(sensors);
             for sensor in 0..sensors {
                 let draw = (traces.first + member) as u64;
@@ -110,7 +110,9 @@ pub(super) fn predict(
                 // the exposure.
                 let perturbed_k = |(t, off): (&f64, &f64)| (t + off).max(coldest_k.min(*t));
                 let trace: Vec<f64> = traces.trace(member, sensor).iter().zip(&off_k).map(perturbed_k).collect();
-                peaks_k.push(highest_k(&trace));
+                let peak = traces.peak(member, sensor);
+                let off_at_peak_k = interpolate(&plan.instants_s, &off_k, peak.time_s);
+                peaks_k.push(highest_k(&trace).max(perturbed_k((&peak.temperature_k, &off_at_peak_k))));
                 with_discrepancy.extend(trace);
             }
             with_discrepancy.extend(peaks_k);
@@ -133,6 +135,13 @@ pub(super) fn predict(
         sensors: (0..sensors).map(foreseen).collect(),
         failed,
     })
+}
+
+/// Linear interpolation between instants.
+fn interpolate(instants_s: &[f64], values: &[f64], time_s: f64) -> f64 {
+    let after = instants_s.partition_point(|&instant_s| instant_s < time_s).clamp(1, instants_s.len() - 1);
+    let share = (time_s - instants_s[after - 1]) / (instants_s[after] - instants_s[after - 1]);
+    values[after - 1] + share * (values[after] - values[after - 1])
 }
 
 /// The band of a sensor, from an accumulator of sensors × instants followed by the peaks.

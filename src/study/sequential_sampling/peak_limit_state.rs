@@ -4,7 +4,6 @@ use crate::ensemble::{Ensemble, StandardNormalSpace};
 use crate::fit::reliability::LimitState;
 use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
-use crate::study::margins::sensor_peak;
 use crate::traces::{MemberStatus, Traces};
 
 /// Temperature less peak, K: negative where the peak exceeds it, and for a member that fails.
@@ -40,8 +39,8 @@ impl<'a> PeakLimitState<'a> {
 }
 
 /// The value of a member of traces.
-fn value(plan: &Plan, traces: &Traces, member: usize, sensor: usize, temperature_k: f64) -> f64 {
-    let peak = sensor_peak(plan, sensor, traces.trace(member, sensor));
+fn value(traces: &Traces, member: usize, sensor: usize, temperature_k: f64) -> f64 {
+    let peak = traces.peak(member, sensor);
     let is_completed = traces.statuses[member] == MemberStatus::Completed;
     if is_completed { temperature_k - peak.temperature_k } else { f64::NEG_INFINITY }
 }
@@ -59,7 +58,7 @@ impl LimitState for PeakLimitState<'_> {
         let mut values = Vec::with_capacity(points.len());
         march_all(self.march, plan, &ensemble, &mut |traces| {
             let members = 0..traces.members();
-            values.extend(members.map(|member| value(plan, &traces, member, sensor, temperature_k)));
+            values.extend(members.map(|member| value(&traces, member, sensor, temperature_k)));
         })?;
         self.failed += values.iter().filter(|value| **value == f64::NEG_INFINITY).count();
         Ok(values)
@@ -70,11 +69,9 @@ impl LimitState for PeakLimitState<'_> {
         let Some(traces) = self.march.tangents(self.plan, &ensemble, &factors)? else {
             return self.difference_gradient(point);
         };
-        let trace_k = traces.trace(0, self.sensor);
-        // The derivative of a maximum is the derivative at its instant.
-        let at = (0..trace_k.len()).max_by(|&a, &b| trace_k[a].total_cmp(&trace_k[b])).unwrap_or(0);
-        let by_factor: Vec<f64> = factors.iter().map(|factor| -traces.trace(1 + factor, self.sensor)[at]).collect();
-        let value = value(self.plan, &traces, 0, self.sensor, self.temperature_k);
+        let by_factor = factors.iter().map(|factor| -traces.peak(1 + factor, self.sensor).temperature_k);
+        let by_factor: Vec<f64> = by_factor.collect();
+        let value = value(&traces, 0, self.sensor, self.temperature_k);
         Ok((value, self.space.gradient(point, &by_factor)))
     }
 }

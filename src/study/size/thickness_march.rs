@@ -6,7 +6,6 @@ use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError, march_members};
 use crate::plan::Plan;
-use crate::study::margins::MarginReader;
 use crate::study::nominal::Peak;
 use crate::study::uncertainty::{Failure, failure_reason};
 use crate::study::work_log::WorkLog;
@@ -97,11 +96,10 @@ impl ThicknessMarch<'_> {
             met.push(MemberPeak::of_row(&self.scalable.case, row));
         }
         let members = met.len()..ensemble.len();
-        let reader = MarginReader::new(&self.scalable.case, self.plan);
         march_members(self.march, self.plan, &ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 let status = &traces.statuses[member];
-                let mut peak = reader.read(&traces, member)[0].peak;
+                let mut peak = traces.limited_peak(member, 0);
                 if *status != MemberStatus::Completed {
                     peak.temperature_k = f64::INFINITY;
                 }

@@ -6,14 +6,14 @@ use crate::case::{Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
-use crate::study::margins::{MarginReader, quantile_rank};
-use crate::study::peak::Peak;
+use crate::study::margins::quantile_rank;
 use crate::study::proportion::quantile_ranks_95;
 use crate::study::size::{
     NominalSizing, RequiredThickness, ScalableCase, SearchStart, SizeError, SizingRequirement, ThicknessMarch,
     by_reason, check_start, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,
 };
 use crate::study::work_log::WorkLog;
+use crate::traces::Peak;
 use std::collections::BTreeMap;
 
 /// A layup under one exposure, with a thickness factor on the sized plies.
@@ -143,7 +143,7 @@ impl LayupSizing {
             let row = scalable.member_factors(&scalable.nominal_factors(), thickness_m);
             let traces = march.march(plan, &Ensemble::from_values(row.len(), row), 0..1)?;
             self.marches += 1;
-            let Peak { time_s, .. } = MarginReader::new(&scalable.case, plan).read(&traces, 0)[0].peak;
+            let Peak { time_s, .. } = traces.limited_peak(0, 0);
             if exposure == governing {
                 layup.still_warming = time_s >= scalable.case.exposure.duration_s;
             }

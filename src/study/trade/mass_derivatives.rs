@@ -157,10 +157,7 @@ fn thickness_derivatives(
     let Some(traces) = march.tangents(&plan, &points, &columns)? else { return Ok(None) };
     let of_member = |(point, row): (usize, &Vec<f64>)| -> Option<Vec<f64>> {
         let at = point * (1 + columns.len());
-        let trace_k = traces.limited(at, 0);
-        // The derivative of a maximum is the derivative at its instant.
-        let instant = (0..trace_k.len()).max_by(|&a, &b| trace_k[a].total_cmp(&trace_k[b]))?;
-        let relative_k = |place: usize| row[columns[place]] * traces.limited(at + 1 + place, 0)[instant];
+        let relative_k = |place: usize| row[columns[place]] * traces.limited_peak(at + 1 + place, 0).temperature_k;
         let by_thickness_k = relative_k(columns.len() - 1) / layup.member_thicknesses_m[members[point]];
         let change_m = |place: usize| -relative_k(place) / by_thickness_k;
         (by_thickness_k < 0.0).then(|| (0..directions.len()).map(change_m).collect())
