@@ -18,6 +18,7 @@ use crate::plan::GridDensity;
 use crate::plan::{Discretisation, Plan};
 use crate::plan::{GRADING_EXPONENT, StepGrowth, TimeSegment, TimeStepControl};
 use crate::traces::{MemberStatus, Traces};
+pub(crate) use error_estimate::RefinedTraces;
 use error_estimate::{OutputErrors, TWOFOLD_ERROR_RATIO, largest_difference_k};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -59,10 +60,17 @@ const MAX_ERROR_REDUCTION: f64 = 4.0;
 const COARSENING_TRIALS: usize = 4;
 const COARSENING_TARGET: f64 = 0.98;
 const COARSENING_WORK_RATIO: f64 = 0.97;
-/// Verification against a march with four times the cells and steps: number of rounds, and most cell-steps of that
-/// march.
-const VERIFICATION_ROUNDS: usize = 3;
+/// Verification against marches with twice and four times the cells and steps: number of rounds, and most cell-steps of
+/// the largest.
+const VERIFICATION_ROUNDS: usize = 5;
+/// Smallest growth of the densities in a round of verification: a ply of few cells would not get another.
+const MIN_DENSITY_GROWTH: f64 = 1.05;
 const MAX_VERIFICATION_CELL_STEPS: f64 = 4e7;
+/// Members for which a plan was not adapted may exceed its tolerance, or its error if that is larger, by this factor
+/// before it is adapted anew; their error is reported.
+pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
+/// Tolerance of rounding where a case states cells and steps, K.
+const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Most times that the steps are doubled for members that diverge.
 const COMPLETING_ROUNDS: usize = 2;
 /// Corners of the factor bounds that are marched: one SIMD group.
@@ -171,12 +179,17 @@ pub fn adapt(case: &Case) -> Result<Plan, MarchError> {
 /// # Errors
 /// [`MarchError::Cancelled`] before the next march, once the monitor is cancelled.
 pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchError> {
+    adapt_members(case, &Ensemble::nominal(&case.factors), monitor)
+}
+
+/// The plan of a case, adapted so that each of some members meets the tolerance.
+///
+/// # Errors
+/// As [`adapt_monitored`].
+fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<Plan, MarchError> {
     let trials = Trials { monitor, marched: Mutex::new(0) };
     let stated = Plan::new(case);
-    let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| !case.sensors.is_empty()) else {
-        return Ok(stated);
-    };
-    let nominal = Ensemble::nominal(&case.factors);
+    let Some(tolerance_k) = adapted_tolerance_k(case) else { return Ok(stated) };
     let mut discretisation = Discretisation::initial(case, &stated);
     let mut best: Option<(Discretisation, OutputErrors, f64)> = None;
     let mut rounds_without_gain = 0;
@@ -185,8 +198,8 @@ pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchErro
         if cell_steps(&plan) > MAX_CELL_STEPS {
             break;
         }
-        let base = trials.march(&plan, &nominal)?;
-        if base.statuses != [MemberStatus::Completed] {
+        let base = trials.march(&plan, members)?;
+        if base.statuses.iter().any(|status| *status != MemberStatus::Completed) {
             discretisation = discretisation.with_twice_the_steps();
             continue;
         }
@@ -199,7 +212,7 @@ pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchErro
             .map(|finer| {
                 let finer = stated.rediscretised(case, finer);
                 let cost = cell_steps(&finer) / cell_steps(&plan) - 1.0;
-                Ok((OutputErrors::twofold(&base, &trials.march(&finer, &nominal)?, tolerance_k), cost))
+                Ok((OutputErrors::twofold(&base, &trials.march(&finer, members)?, tolerance_k), cost))
             })
             .collect::<Result<Vec<(OutputErrors, f64)>, MarchError>>()?;
         if refinements.iter().any(|(estimate, _)| !estimate.max_relative().is_finite()) {
@@ -256,7 +269,7 @@ pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchErro
             break;
         }
         let finer = stated.rediscretised(case, fewer.refined(2));
-        let (base, finer) = rayon::join(|| trials.march(&coarser, &nominal), || trials.march(&finer, &nominal));
+        let (base, finer) = rayon::join(|| trials.march(&coarser, members), || trials.march(&finer, members));
         let found = OutputErrors::twofold(&base?, &finer?, tolerance_k);
         if found.max_relative() <= 1.0 {
             (discretisation, plan, estimate) = (fewer, coarser, found);
@@ -266,36 +279,111 @@ pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchErro
         }
     }
     if let Some((completed, finer)) = completing(&trials, case, &stated, &discretisation, &plan)? {
-        let halved = trials.march(&stated.rediscretised(case, completed.refined(2)), &nominal)?;
-        estimate = OutputErrors::twofold(&trials.march(&finer, &nominal)?, &halved, tolerance_k);
+        let halved = trials.march(&stated.rediscretised(case, completed.refined(2)), members)?;
+        estimate = OutputErrors::twofold(&trials.march(&finer, members)?, &halved, tolerance_k);
         (discretisation, plan) = (completed, finer);
     }
     // On coarse plans the error does not converge at its order yet: verify with four times the cells and steps.
-    for _ in 0..VERIFICATION_ROUNDS {
-        let quartered = stated.rediscretised(case, discretisation.refined(4));
-        if cell_steps(&quartered) > MAX_VERIFICATION_CELL_STEPS {
+    let mut denser = Some((discretisation.clone(), plan.clone()));
+    for _ in 0..=VERIFICATION_ROUNDS {
+        let Some((finer_discretisation, finer)) = denser.take() else { break };
+        if 16.0 * cell_steps(&finer) > MAX_VERIFICATION_CELL_STEPS {
             break;
         }
-        let (base, quartered) = rayon::join(|| trials.march(&plan, &nominal), || trials.march(&quartered, &nominal));
-        let (base, quartered) = (base?, quartered?);
-        let found = OutputErrors::fourfold(&base, &quartered, tolerance_k);
+        let found = refined_marches(&trials, case, &stated, &finer, members, tolerance_k)?.errors();
+        // With many more cells and steps a march may diverge where this one does not.
         if !found.max_relative().is_finite() {
             break;
         }
-        estimate = estimate.max(&found);
+        (discretisation, plan, estimate) = (finer_discretisation, finer, found);
         let more = (estimate.max_relative() / TARGET_ERROR_RATIO).powf(1.0 / CONVERGENCE_ORDERS[1]);
-        let denser = discretisation.clone().with_cell_counts_of(&plan).with_densities_scaled(more);
-        let finer = stated.rediscretised(case, denser.clone());
-        if found.max_relative() <= 1.0 || cell_steps(&finer) > MAX_CELL_STEPS {
-            break;
+        let next = discretisation
+            .clone()
+            .with_cell_counts_of(&plan)
+            .with_densities_scaled(more.clamp(MIN_DENSITY_GROWTH, MAX_DENSITY_CHANGE));
+        let finer = stated.rediscretised(case, next.clone());
+        if estimate.max_relative() > 1.0 && cell_steps(&finer) <= MAX_CELL_STEPS {
+            denser = Some((next, finer));
         }
-        let quartered = trials.march(&stated.rediscretised(case, denser.refined(2)), &nominal)?;
-        estimate = OutputErrors::twofold(&trials.march(&finer, &nominal)?, &quartered, tolerance_k);
-        (discretisation, plan) = (denser, finer);
     }
     let corners_k = corners_k(&trials, case, &plan, &stated.rediscretised(case, discretisation.refined(2)))?;
     plan.error_estimate = Some(estimate.into_error_estimate(corners_k));
     Ok(plan)
+}
+
+/// The tolerance of a case, if its cells and steps are adapted to it.
+fn adapted_tolerance_k(case: &Case) -> Option<f64> {
+    case.resolution.tolerance_k.filter(|_| !case.sensors.is_empty())
+}
+
+/// A plan of a case, checked at members for which it was not adapted: the same, with their error if that is larger, or
+/// one adapted to the nominal member and to these where they exceed both the tolerance and the error of the plan. A
+/// member that does not complete has no error.
+///
+/// # Errors
+/// As [`adapt_monitored`].
+pub(crate) fn checked_at_members(
+    case: &Case,
+    plan: &Plan,
+    members: &Ensemble,
+    monitor: &Monitor,
+) -> Result<CheckedPlan, MarchError> {
+    let (Some(tolerance_k), Some(claimed)) = (adapted_tolerance_k(case), plan.error_estimate.as_ref()) else {
+        return Ok(CheckedPlan { plan: plan.clone(), is_adapted_anew: false });
+    };
+    let refined = refined_traces(case, plan, members, monitor)?;
+    if refined.base.statuses.iter().any(|status| *status != MemberStatus::Completed) {
+        return Ok(CheckedPlan { plan: plan.clone(), is_adapted_anew: false });
+    }
+    let found = refined.errors();
+    if found.temperature_k <= ACCEPTED_ERROR * tolerance_k.max(claimed.nominal_k) {
+        let mut plan = plan.clone();
+        plan.error_estimate = Some(claimed.clone().with_members(found));
+        return Ok(CheckedPlan { plan, is_adapted_anew: false });
+    }
+    let nominal = case.factors.iter().map(|factor| factor.nominal);
+    let others = (0..members.len()).flat_map(|member| members.member(member));
+    let all = Ensemble::from_values(case.factors.len(), nominal.chain(others).collect());
+    Ok(CheckedPlan { plan: adapt_members(case, &all, monitor)?, is_adapted_anew: true })
+}
+
+/// Marches of members on a plan of a case and with twice and four times its cells and steps, for the errors of single
+/// readings. The plan may have been adapted to another exposure.
+///
+/// # Errors
+/// As [`adapt_monitored`].
+pub(crate) fn refined_traces(
+    case: &Case,
+    plan: &Plan,
+    members: &Ensemble,
+    monitor: &Monitor,
+) -> Result<RefinedTraces, MarchError> {
+    let trials = Trials { monitor, marched: Mutex::new(0) };
+    let tolerance_k = case.resolution.tolerance_k.unwrap_or(DEFAULT_TOLERANCE_K);
+    refined_marches(&trials, case, &Plan::new(case), plan, members, tolerance_k)
+}
+
+fn refined_marches(
+    trials: &Trials<'_>,
+    case: &Case,
+    stated: &Plan,
+    plan: &Plan,
+    members: &Ensemble,
+    tolerance_k: f64,
+) -> Result<RefinedTraces, MarchError> {
+    let refined = |times: usize| trials.march(&stated.rediscretised(case, plan.discretisation.refined(times)), members);
+    let (quartered, (base, halved)) =
+        rayon::join(|| refined(4), || rayon::join(|| trials.march(plan, members), || refined(2)));
+    Ok(RefinedTraces { tolerance_k, base: base?, halved: halved?, quartered: quartered? })
+}
+
+/// A plan after a check of its error.
+#[derive(Clone, Debug)]
+pub(crate) struct CheckedPlan {
+    /// The plan, with the error of the members that were checked.
+    pub plan: Plan,
+    /// Whether it differs from the plan that was checked.
+    pub is_adapted_anew: bool,
 }
 
 /// A plan with twice the steps, or four times, if on this one members at corners of the factors' large bounds diverge

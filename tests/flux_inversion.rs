@@ -11,6 +11,7 @@ use bondline::study::flux_inversion::{
 };
 use bondline::study::nominal::nominal;
 use bondline::study::twin::Noise;
+use std::collections::BTreeMap;
 
 fn march() -> RichardsonMarch {
     RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)))
@@ -296,4 +297,66 @@ fn a_held_face_is_an_error() {
         &InversionOptions { quantity: None, knots: 20, smoothing: Smoothing::LCurve },
     );
     assert!(matches!(fault, Err(InversionError::HeldFace { .. })), "{fault:?}");
+}
+
+/// A slab of 10 mm with a thermocouple 1 mm below a face that only a flux heats or cools.
+fn slab(flux: &str) -> Case {
+    let toml = format!(
+        r#"initial_temperature = "300 K"
+duration = "200 s"
+ply = [{{ name = "S", material = "m", thickness = "10 mm" }}]
+sensor = [{{ name = "M", depth = "1 mm" }}]
+[hot_face]
+kind = "heated"
+emissivity = 0
+flux = {flux}
+"#
+    );
+    let material = "name = \"M\"\n[density]\nvalue = \"1000 kg/m^3\"\n[heat_capacity]\nvalue = \"1000 J/kg/K\"\n\
+                    [conductivity]\nvalue = \"1 W/m/K\"\n[emissivity]\nvalue = 0.8\n";
+    let files = BTreeMap::from([("materials/m.toml".to_owned(), material.to_owned())]);
+    Case::from_toml(&toml, "slab", &files).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Readings of the slab over its whole run.
+fn slab_observed(stated: &Case, made: Case) -> Case {
+    modified(&observed(stated.clone(), made, 0.5, 1), |case| case.estimate.window_s = None)
+}
+
+#[test]
+fn a_placeholder_flux_does_not_decide_cells_steps_and_the_heating_found() {
+    let times_s: Vec<f64> = (0..=100).map(|row| 2.0 * f64::from(row)).collect();
+    let values: Vec<f64> =
+        times_s.iter().map(|time_s| 1e4 * (std::f64::consts::PI * time_s / 100.0).sin().powi(2)).collect();
+    let truth = heated(&slab("\"1 W/m^2\""), schedule(&times_s, &values));
+    for placeholder in ["\"1 W/m^2\"", "\"10 kW/m^2\"", "\"30 kW/m^2\""] {
+        let found = found(&slab_observed(&slab(placeholder), truth.clone()), 20, Smoothing::Discrepancy);
+        let off_j_m2 = (found.integral - 1e6).abs();
+        assert!(off_j_m2 < 3.0 * found.integral_deviation, "{placeholder}: {} J/m²", found.integral);
+        assert!(found.integral_deviation < 0.01 * 1e6, "{placeholder}: ± {}", found.integral_deviation);
+        let error_k = found.discretisation_error_k.expect("an adapted plan");
+        assert!(error_k <= 0.075, "{placeholder}: {error_k} K");
+        assert_eq!((found.criterion, found.knots_below_zero), (SmoothingCriterion::Discrepancy, 0), "{placeholder}");
+    }
+}
+
+#[test]
+fn a_cooling_flux_is_found_where_the_case_states_one_and_named_where_it_does_not() {
+    let steps = |cooled: f64| {
+        format!(
+            "[[\"0 s\", \"5 kW/m^2\"], [\"50 s\", \"5 kW/m^2\"], [\"50 s\", \"{cooled} kW/m^2\"], \
+             [\"150 s\", \"{cooled} kW/m^2\"], [\"150 s\", \"5 kW/m^2\"], [\"200 s\", \"5 kW/m^2\"]]"
+        )
+    };
+    let truth = slab(&steps(-3.0));
+    let allowed = found(&slab_observed(&slab(&steps(-1.0)), truth.clone()), 20, Smoothing::Discrepancy);
+    let (off, deviation) = ((allowed.integral - 2e5).abs(), allowed.integral_deviation);
+    assert!(off < 3.0 * deviation && deviation < 0.02 * 2e5, "{} ± {deviation} J/m²", allowed.integral);
+    assert_eq!(allowed.knots_below_zero, 0);
+    let excluded = found(&slab_observed(&slab(&steps(1.0)), truth), 20, Smoothing::Discrepancy);
+    assert!(
+        excluded.values.iter().all(|value| *value >= 0.0) && excluded.knots_below_zero > 2,
+        "{:?}",
+        excluded.values
+    );
 }

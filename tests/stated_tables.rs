@@ -228,5 +228,5 @@ fn a_step_of_the_emissivity_acts_at_the_temperature_that_is_stated() {
     assert!((found_k[0] - exact_k).abs() < claim_k.max(2e-3), "{found_k:?} K, not {exact_k} K, claim {claim_k} K");
     let later = step.replace("402.3", "407.3");
     let difference_k = (heated(&later).0[0] - exact_k).abs();
-    assert!(difference_k > 10.0 * claim_k, "a step 5 K later must show: {difference_k} K, claim {claim_k} K");
+    assert!(difference_k > 5.0 * claim_k, "a step 5 K later must show: {difference_k} K, claim {claim_k} K");
 }

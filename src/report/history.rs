@@ -201,8 +201,26 @@ fn regularisation(outcome: &FluxInversion) -> String {
 
 /// What the band includes.
 fn band_explanation() -> &'static str {
-    "The 95 % band is the effect of measurement noise at each knot. It excludes the regularisation bias and errors of \
+    "The 95 % band has measurement noise and discretisation error; not the regularisation bias and errors of \
      properties, depths and physics."
+}
+
+/// The discretisation error with the heating found.
+fn discretisation(outcome: &FluxInversion) -> Option<String> {
+    let error_k = outcome.discretisation_error_k?;
+    let of_integral = match outcome.quantity {
+        HeatingQuantity::Flux | HeatingQuantity::RadiantFlux => {
+            format!(
+                "{} MJ/m² of the fluence",
+                format::significant(1e-6 * outcome.integral_discretisation_error.abs(), 2)
+            )
+        }
+        HeatingQuantity::Gas => format!(
+            "{} K of the mean gas temperature",
+            format::significant((outcome.integral_discretisation_error / outcome.end_s).abs(), 2)
+        ),
+    };
+    Some(format!("Discretisation error with this heating: {} K, {of_integral}.", format::significant(error_k, 2)))
 }
 
 /// Warnings.
@@ -214,6 +232,30 @@ fn history_warnings(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
              observations.sigma=...), or the model is incomplete and the estimated heating compensates for it."
                 .to_owned(),
         );
+    }
+    if outcome.knots_below_zero > 0 {
+        let knots = format!("{} of {} knots", outcome.knots_below_zero, outcome.times_s.len());
+        warnings.push(match outcome.quantity {
+            HeatingQuantity::Flux => format!(
+                "The flux is held at zero at {knots}, where a negative one would fit the data better: the face may be \
+                 cooled. A negative value in the flux of the case allows it."
+            ),
+            HeatingQuantity::RadiantFlux | HeatingQuantity::Gas => format!(
+                "The {} is held at zero at {knots}, where a negative one would fit the data better: the model lacks a \
+                 heat loss of the face.",
+                quantity_format(outcome.quantity).noun
+            ),
+        });
+    }
+    let tolerance_k = answers.case.resolution.tolerance_k;
+    if let (Some(error_k), Some(tolerance_k)) = (outcome.discretisation_error_k, tolerance_k)
+        && outcome.exceeds_tolerance(tolerance_k)
+    {
+        warnings.push(format!(
+            "The discretisation error with the heating found is {} K, above the tolerance of {} K.",
+            format::significant(error_k, 2),
+            format::significant(tolerance_k, 2)
+        ));
     }
     if !outcome.converged {
         warnings.push(format!("The estimation of the history did not converge: {}.", outcome.termination));
@@ -268,16 +310,21 @@ fn page(answers: &Answers, outcome: &FluxInversion) -> String {
         })
         .collect();
     let columns = ["Sensor", "Samples", "RMSE, stated heating, K", "RMSE, estimated heating, K"];
-    list(&[finding(answers, outcome), regularisation(outcome), band_explanation().to_owned()])
+    list(&sentences(answers, outcome))
         + &table(&format!("{} at the knots", quantity_format(outcome.quantity).title), &table_head(outcome), &rows)
         + &table("Measurement less prediction", &columns, &fits)
+}
+
+/// The finding and how it was obtained.
+fn sentences(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
+    let first = [finding(answers, outcome), regularisation(outcome)].into_iter();
+    first.chain(discretisation(outcome)).chain([band_explanation().to_owned()]).collect()
 }
 
 fn on_screen(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
     let mut lines = vec![screen_row(&table_head(outcome))];
     lines.extend(table_rows(outcome, 8).iter().map(screen_row));
-    let text = [finding(answers, outcome), regularisation(outcome), band_explanation().to_owned()];
-    lines.extend(text.iter().flat_map(|text| wrap("", text)));
+    lines.extend(sentences(answers, outcome).iter().flat_map(|text| wrap("", text)));
     lines
 }
 
@@ -299,7 +346,10 @@ fn history_tables(case: &Case, outcome: &FluxInversion) -> Result<Vec<NamedFile>
     for (knot, &value) in outcome.values.iter().enumerate() {
         let half = outcome.half_width(knot);
         let (removed, stated) = (outcome.smoothing_bias[knot], outcome.case_values[knot]);
-        band.row(None, [outcome.times_s[knot], value, (value - half).max(0.0), value + half, removed, stated])?;
+        band.row(
+            None,
+            [outcome.times_s[knot], value, (value - half).max(outcome.least_value), value + half, removed, stated],
+        )?;
     }
     let mut left = CsvTable::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
     for seen in &outcome.sensor_fits {

@@ -6,8 +6,9 @@ use super::{
     Answers, FitOptions, MembersCallback, Options, SensitivityOptions, SessionError, UncertaintyOptions, adapted,
     with_tolerance,
 };
+use crate::adapt::{ACCEPTED_ERROR, checked_at_members, refined_traces};
 use crate::case::Case;
-use crate::march::monitor::MonitoredMarch;
+use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study_from};
@@ -19,17 +20,15 @@ use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate_from};
 use crate::study::kept_rows::KeptRows;
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
+use crate::study::posterior::{Posterior, Walkers, posterior_from};
 #[cfg(feature = "serde")]
 use crate::study::posterior::{PosteriorError, log_columns};
-use crate::study::posterior::{Walkers, posterior_from};
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
 #[cfg(feature = "serde")]
 use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
 use crate::study::uncertainty::{SweepStatistics, Uncertainty};
-#[cfg(not(feature = "serde"))]
-use crate::study::work_log::NoLog;
-use crate::study::work_log::WorkLog;
+use crate::study::work_log::{NoLog, WorkLog};
 #[cfg(feature = "serde")]
 use crate::traces::MemberStatus;
 use std::ops::Range;
@@ -204,10 +203,27 @@ impl RunningStudy<'_> {
     ) -> Result<ParameterEstimates, SessionError> {
         let search = fit.search(self.march.backend().precision);
         let mut log = log(self, &search)?;
-        let plans = self.other_plans()?;
+        let mut plans = vec![self.plan.clone()];
+        plans.extend(self.other_plans()?);
         let Answers { case, other_cases: others, .. } = &self.answers;
-        let runs: Vec<(&Case, &Plan)> = std::iter::once((case, self.plan)).chain(others.iter().zip(&plans)).collect();
-        let found = estimate_from(&runs, self.march, &search, &mut log)?;
+        let cases: Vec<&Case> = std::iter::once(case).chain(others).collect();
+        let mut found = estimate_from(&runs(&cases, &plans), self.march, &search, &mut log)?;
+        let monitor = self.march.monitor();
+        for _ in 0..MAX_ADAPTATIONS {
+            let mut is_adapted_anew = false;
+            for (which, (case, plan)) in cases.iter().zip(&mut plans).enumerate() {
+                let at_estimate = found.members(case, which, std::iter::once(found.values.as_slice()));
+                let checked = checked_at_members(case, plan, &at_estimate, &monitor)?;
+                is_adapted_anew |= checked.is_adapted_anew;
+                *plan = checked.plan;
+                found.fitted[which].after.error_estimate.clone_from(&plan.error_estimate);
+            }
+            if !is_adapted_anew {
+                break;
+            }
+            found = estimate_from(&runs(&cases, &plans), self.march, &search, &mut NoLog)?;
+        }
+        let runs = runs(&cases, &plans);
         if let Some(walkers) = walkers {
             let iterations = walkers.iterations;
             #[cfg(feature = "serde")]
@@ -222,6 +238,11 @@ impl RunningStudy<'_> {
             let mut log = NoLog;
             self.march.begin_sweep(runs.len() * walkers.number * iterations);
             let sampled = posterior_from(&runs, self.march, &found, walkers, &mut log);
+            let remarks = match &sampled {
+                Ok(sampled) => posterior_error_remarks(&runs, &found, sampled, &monitor)?,
+                Err(_) => Vec::new(),
+            };
+            self.answers.run.remarks.extend(remarks);
             #[cfg(feature = "serde")]
             self.answers.run.remarks.extend(end_of_log(log, matches!(sampled, Err(PosteriorError::March(_)))));
             self.answers.posterior = Some(sampled?);
@@ -258,6 +279,47 @@ impl RunningStudy<'_> {
             Some(compare_models((&self.answers.case, first), (&other, &plan), self.march, &search)?);
         Ok(())
     }
+}
+
+/// Most adaptations of the plans to an estimate.
+const MAX_ADAPTATIONS: usize = 3;
+
+fn runs<'r>(cases: &[&'r Case], plans: &'r [Plan]) -> Vec<(&'r Case, &'r Plan)> {
+    cases.iter().copied().zip(plans).collect()
+}
+
+/// A remark for each case whose discretisation error exceeds the tolerance at an end of the intervals of a posterior,
+/// where the other factors are at their medians.
+fn posterior_error_remarks(
+    runs: &[(&Case, &Plan)],
+    found: &ParameterEstimates,
+    posterior: &Posterior,
+    monitor: &Monitor,
+) -> Result<Vec<String>, MarchError> {
+    let medians: Vec<f64> = posterior.marginals.iter().map(|marginal| marginal.median).collect();
+    let ends = posterior.marginals.iter().enumerate().flat_map(|(factor, marginal)| {
+        [marginal.interval.0, marginal.interval.1].map(|end| {
+            let mut point = medians.clone();
+            point[factor] = end;
+            point
+        })
+    });
+    let points: Vec<Vec<f64>> = ends.collect();
+    let mut remarks = Vec::new();
+    for (which, (case, plan)) in runs.iter().enumerate() {
+        if let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| plan.error_estimate.is_some()) {
+            let members = found.members(case, which, points.iter().map(Vec::as_slice));
+            let error_k = refined_traces(case, plan, &members, monitor)?.temperature_error_k();
+            if error_k > ACCEPTED_ERROR * tolerance_k {
+                remarks.push(format!(
+                    "{}: the discretisation error is {error_k:.2} K at the ends of the posterior, above the tolerance \
+                     of {tolerance_k} K",
+                    case.id
+                ));
+            }
+        }
+    }
+    Ok(remarks)
 }
 
 /// Keep the last rows of a study that was interrupted. Returns the first error.

@@ -23,6 +23,7 @@ use super::sensitivity::{Identifiability, difference_step};
 use super::thermocouple_residuals::Sample;
 use super::work_log::{NoLog, WorkLog};
 use crate::case::{Bounds, Case, LossFunction};
+use crate::ensemble::Ensemble;
 use crate::fit::interval::{NORMAL_95, lag_one_autocorrelation, residual_variance};
 use crate::fit::{
     DampingStrategy, GoodnessOfFit, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors,
@@ -141,6 +142,22 @@ pub struct CaseFit {
     pub misfits: Vec<(Misfit, Misfit)>,
     /// One per fitted observation: times (s) and measured minus predicted temperature (K), over its window.
     pub residuals: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+impl ParameterEstimates {
+    /// Members of one of the cases at some points, with the other factors at their nominal values.
+    pub(crate) fn members<'p>(&self, case: &Case, which: usize, points: impl Iterator<Item = &'p [f64]>) -> Ensemble {
+        let row = |point: &[f64]| {
+            let mut row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+            for (factor, &value) in self.factors.iter().zip(point) {
+                if let Some(index) = factor.factor_indices[which] {
+                    row[index] = value;
+                }
+            }
+            row
+        };
+        Ensemble::from_values(case.factors.len(), points.flat_map(row).collect())
+    }
 }
 
 /// One accepted iteration of the minimisation.

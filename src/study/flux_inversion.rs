@@ -1,11 +1,13 @@
 //! Inverse heat conduction: flux, radiant flux or gas temperature at the hot face through time, from thermocouple
 //! readings.
 //!
-//! The unknown is piecewise linear between knots, with one non-negative variable per knot. All variables are estimated
-//! together by least squares over the whole march (whole-domain estimation: Beck, Blackwell & St Clair, *Inverse Heat
-//! Conduction*, 1985). Conduction delays and damps the signal between face and sensor, so noise limits the resolution
-//! in time. Tikhonov regularisation ([`Smoothing`]) smooths the solution, except across the jumps of the case's own
-//! schedule.
+//! The unknown is piecewise linear between knots, with one variable per knot, not negative unless the case's own flux
+//! is. All variables are estimated together by least squares over the whole march (whole-domain estimation: Beck,
+//! Blackwell & St Clair, *Inverse Heat Conduction*, 1985). Conduction delays and damps the signal between face and
+//! sensor, so noise limits the resolution in time. Tikhonov regularisation ([`Smoothing`]) smooths the solution,
+//! except across the jumps of the case's own schedule. Cells and steps are adapted to the heating found, and the
+//! estimate is repeated until its discretisation error meets the tolerance: the case's own heating is unlike the one
+//! sought.
 
 mod heating_quantity;
 mod inversion_problem;
@@ -17,11 +19,13 @@ pub use smoothing::{LCurvePoint, Smoothing, SmoothingCriterion};
 
 use super::sensitivity::difference_step;
 use super::thermocouple_residuals::{Sample, samples};
-use crate::adapt::adapt_monitored;
+use crate::adapt::{ACCEPTED_ERROR, adapt_monitored, refined_traces};
 use crate::case::{Case, Schedule};
 use crate::ensemble::Ensemble;
 use crate::fit::{Fit, LeastSquares, Options, minimize};
+use crate::march::monitor::Monitor;
 use crate::march::{March, MarchError};
+use crate::plan::Plan;
 use crate::traces::Traces;
 use inversion_problem::InversionProblem;
 use knots::Knots;
@@ -51,7 +55,8 @@ pub struct FluxInversion {
     /// Value at each knot.
     pub values: Vec<f64>,
     /// Standard deviation of each knot value due to measurement noise, at this regularisation weight, with the
-    /// undetermined knots fixed. The bias of the regularisation is not included.
+    /// undetermined knots fixed; the effect of the discretisation error is added in squares. The bias of the
+    /// regularisation is not included.
     pub standard_deviations: Vec<f64>,
     /// Regularisation bias of each knot value, to first order, computed from the estimated heating; the bias computed
     /// from the true heating would be larger.
@@ -69,6 +74,15 @@ pub struct FluxInversion {
     pub integral_deviation: f64,
     /// Integral of the case's own schedule.
     pub case_integral: f64,
+    /// Largest discretisation error of the readings with the heating found, K; `None` where the case states its cells
+    /// and steps.
+    pub discretisation_error_k: Option<f64>,
+    /// Change of the integral by the discretisation error, to first order; included in the standard deviation.
+    pub integral_discretisation_error: f64,
+    /// Least value of a knot: zero, or minus infinity where the case's own flux is negative somewhere.
+    pub least_value: f64,
+    /// Knots that are zero, while lower values would explain the data significantly better.
+    pub knots_below_zero: usize,
     /// Effective degrees of freedom: the number of knot values that the data determine; regularisation determines the
     /// others.
     pub degrees_of_freedom: f64,
@@ -190,93 +204,199 @@ pub fn invert_flux(
     let (from_s, to_s) = case.fit_window_s();
     let end_s = to_s.min(case.exposure.duration_s);
     let knots = Knots::new(own, quantity.unheated_value(), end_s, requested.knots);
-    let schedule = |values: Vec<f64>| Schedule { times_s: knots.times_s.clone(), values };
-    let on_knots =
-        Case { exposure: quantity.with_schedule(&case.exposure, schedule(knots.case_values.clone())), ..case.clone() };
+    let inversion = Inversion { case, quantity, own, knots: &knots, window_s: (from_s, to_s), end_s, requested };
 
-    let plan = adapt_monitored(&on_knots, &march.monitor())?;
-    // Later steps do not affect any reading in the window.
-    let last = plan.instants_s.partition_point(|&instant_s| instant_s <= end_s).saturating_sub(1).max(1);
-    let plan = plan.truncated_at(last);
-    let observed = samples(&on_knots, &plan);
-    let flat = observed.concat();
-    if flat.is_empty() {
-        return Err(InversionError::NoSamples { from_s, to_s });
+    let mut heating = knots.case_values.clone();
+    let (mut marches, mut adaptations) = (0, 1);
+    loop {
+        let found = inversion.solve(march, &heating)?;
+        marches += found.marches;
+        let exceeds = case.resolution.tolerance_k.is_some_and(|tolerance_k| found.exceeds_tolerance(tolerance_k));
+        if !exceeds || adaptations == MAX_ADAPTATIONS {
+            return Ok(FluxInversion { marches, ..found });
+        }
+        heating = found.values;
+        adaptations += 1;
     }
-    if flat.len() < knots.times_s.len() {
-        return Err(InversionError::TooManyKnots { values: knots.times_s.len(), samples: flat.len() });
+}
+
+/// Most adaptations of cells and steps to the heating found. Each brings the heating closer to the final one.
+const MAX_ADAPTATIONS: usize = 5;
+
+/// A flux inversion of a case, on any plan.
+struct Inversion<'a> {
+    case: &'a Case,
+    quantity: HeatingQuantity,
+    /// The case's own schedule.
+    own: &'a Schedule,
+    knots: &'a Knots,
+    window_s: (f64, f64),
+    end_s: f64,
+    requested: &'a InversionOptions,
+}
+
+impl Inversion<'_> {
+    /// The case with knot values in place of its own schedule.
+    fn heated_case(&self, values: &[f64]) -> Case {
+        let found = Schedule { times_s: self.knots.times_s.clone(), values: values.to_vec() };
+        let whole = extended_schedule(&found, self.own, self.end_s, self.case.exposure.duration_s);
+        Case { exposure: self.quantity.with_schedule(&self.case.exposure, whole), ..self.case.clone() }
     }
 
-    let largest = knots.case_values.iter().map(|value| value.abs()).fold(0.0, f64::max);
-    let scale = if largest > 0.0 { largest } else { quantity.default_scale() };
-    let roughness = knots.roughness();
-    let difference_step = difference_step(march.backend().precision);
-    let mut problem = InversionProblem {
-        march,
-        quantity,
-        plan: &plan,
-        exposure: &on_knots.exposure,
-        nominal: &Ensemble::nominal(&case.factors),
-        times_s: &knots.times_s,
-        scale,
-        difference_step,
-        samples: &flat,
-        roughness: &roughness,
-        weight: 0.0,
-        bounds: vec![(0.0, f64::INFINITY); knots.times_s.len()],
-        marches: 0,
-    };
-    let start =
-        DVector::from_iterator(knots.case_values.len(), knots.case_values.iter().map(|own| own.max(0.0) / scale));
-    let at_start = problem.tangents(&DMatrix::from_columns(std::slice::from_ref(&start)))?;
-    let tangent = at_start.and_then(|mut tangents| tangents.pop());
-    let tangent = tangent.filter(|tangent| tangent.residuals.iter().all(|residual| residual.is_finite()));
-    let Some(tangent) = tangent else { return Err(InversionError::Diverged) };
-    let alike = tangent.jacobian.norm() / roughness.norm().max(f64::MIN_POSITIVE);
-    let tolerance_reduction = (NEGLIGIBLE_REDUCTION / flat.len() as f64).max(1e-5);
-    let options = Options { trials: 1, tolerance_reduction, tolerance_step: 1e-5, ..Options::default() };
-    let (solved, chosen, rungs) =
-        select_weight(requested.smoothing, flat.len(), &start, roughness.nrows() > 0, |weight, from| {
-            problem.weight = weight * alike;
-            let fit = minimize(&mut problem, from, &options)?;
-            let data = fit.residuals.rows(0, flat.len());
-            let rms = (data.norm_squared() / flat.len() as f64).sqrt();
-            Ok::<_, MarchError>(SmoothedFit {
-                point: LCurvePoint { weight, rms, roughness: (&roughness * &fit.point).norm() },
-                fit,
-            })
-        })?;
+    /// The heating found on cells and steps that are adapted to a heating, from which the minimisation starts.
+    fn solve(&self, march: &mut dyn March, adapted_to: &[f64]) -> Result<FluxInversion, InversionError> {
+        let Self { case, quantity, own, knots, requested, end_s, .. } = *self;
+        let monitor = march.monitor();
+        let on_knots = self.heated_case(adapted_to);
+        let whole_plan = adapt_monitored(&on_knots, &monitor)?;
+        // Later steps do not affect any reading in the window.
+        let last = whole_plan.instants_s.partition_point(|&instant_s| instant_s <= end_s).saturating_sub(1).max(1);
+        let plan = whole_plan.truncated_at(last);
+        let observed = samples(&on_knots, &plan);
+        let flat = observed.concat();
+        if flat.is_empty() {
+            return Err(InversionError::NoSamples { from_s: self.window_s.0, to_s: self.window_s.1 });
+        }
+        if flat.len() < knots.times_s.len() {
+            return Err(InversionError::TooManyKnots { values: knots.times_s.len(), samples: flat.len() });
+        }
 
-    let fit = &solved.fit;
-    let ends = problem.traces(&DMatrix::from_columns(&[start, fit.point.clone()]))?;
-    let values: Vec<f64> = fit.point.iter().map(|value| value * scale).collect();
-    let known = LinearizedInversion::of(fit, flat.len(), solved.point.rms.max(1.0));
-    let spans_s = DVector::from_vec(knots.trapezoidal_weights_s());
-    let integral = |values: &[f64]| values.iter().zip(&spans_s).map(|(value, span_s)| value * span_s).sum();
-    let traces = observed.iter().filter(|trace| !trace.is_empty());
-    Ok(FluxInversion {
-        quantity,
-        standard_deviations: known.deviations.iter().map(|deviation| deviation * scale).collect(),
-        smoothing_bias: known.smoothing_bias.iter().map(|value| value * scale).collect(),
-        integral: integral(&values),
-        integral_deviation: known.noise_gain.tr_mul(&spans_s).norm() * scale,
-        case_integral: integral(&knots.case_values),
-        degrees_of_freedom: known.degrees_of_freedom,
-        undetermined: known.undetermined,
-        schedule: extended_schedule(&schedule(values.clone()), own, end_s, case.exposure.duration_s),
-        values,
-        case_values: knots.case_values.clone(),
-        times_s: knots.times_s.clone(),
-        criterion: chosen,
-        selected: solved.point,
-        l_curve: rungs,
-        sensor_fits: traces.map(|samples| SensorFit::of(samples, &plan.instants_s, &ends)).collect(),
-        end_s,
-        samples: flat.len(),
-        marches: problem.marches,
-        converged: fit.termination.converged(),
-        termination: fit.termination.to_string(),
-    })
+        let largest = adapted_to.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        let scale = if largest > 0.0 { largest } else { quantity.default_scale() };
+        let least_value = quantity.least_value(own);
+        let roughness = knots.roughness();
+        let difference_step = difference_step(march.backend().precision);
+        let nominal = Ensemble::nominal(&case.factors);
+        let mut problem = InversionProblem {
+            march,
+            quantity,
+            plan: &plan,
+            exposure: &on_knots.exposure,
+            nominal: &nominal,
+            times_s: &knots.times_s,
+            scale,
+            difference_step,
+            samples: &flat,
+            roughness: &roughness,
+            weight: 0.0,
+            bounds: vec![(least_value, f64::INFINITY); knots.times_s.len()],
+            marches: 0,
+        };
+        let in_units = |values: &[f64]| {
+            DVector::from_iterator(values.len(), values.iter().map(|value| value.max(least_value) / scale))
+        };
+        let start = in_units(adapted_to);
+        let at_start = problem.tangents(&DMatrix::from_columns(std::slice::from_ref(&start)))?;
+        let tangent = at_start.and_then(|mut tangents| tangents.pop());
+        let tangent = tangent.filter(|tangent| tangent.residuals.iter().all(|residual| residual.is_finite()));
+        let Some(tangent) = tangent else { return Err(InversionError::Diverged) };
+        let alike = tangent.jacobian.norm() / roughness.norm().max(f64::MIN_POSITIVE);
+        let tolerance_reduction = (NEGLIGIBLE_REDUCTION / flat.len() as f64).max(1e-5);
+        let options = Options { trials: 1, tolerance_reduction, tolerance_step: 1e-5, ..Options::default() };
+        let (solved, chosen, rungs) =
+            select_weight(requested.smoothing, flat.len(), &start, roughness.nrows() > 0, |weight, from| {
+                problem.weight = weight * alike;
+                let fit = minimize(&mut problem, from, &options)?;
+                let data = fit.residuals.rows(0, flat.len());
+                let rms = (data.norm_squared() / flat.len() as f64).sqrt();
+                Ok::<_, MarchError>(SmoothedFit {
+                    point: LCurvePoint { weight, rms, roughness: (&roughness * &fit.point).norm() },
+                    fit,
+                })
+            })?;
+
+        let fit = &solved.fit;
+        let ends = problem.traces(&DMatrix::from_columns(&[in_units(&knots.case_values), fit.point.clone()]))?;
+        let marches = problem.marches;
+        let values: Vec<f64> = fit.point.iter().map(|value| value * scale).collect();
+        let found_case = self.heated_case(&values);
+        let errors_k = self.discretisation_errors_k(&found_case, &whole_plan, &flat, &monitor)?;
+        let noise = solved.point.rms.max(1.0);
+        let known = LinearizedInversion::of(fit, flat.len(), noise);
+        // A reading that is too high is met by less heating.
+        let errors = errors_k.iter().flatten().zip(&flat).map(|(error_k, sample)| -error_k / (sample.sigma_k * noise));
+        let errors = match errors_k {
+            Some(_) => DVector::from_iterator(flat.len(), errors),
+            None => DVector::zeros(flat.len()),
+        };
+        let shift = &known.noise_gain * errors;
+        let spans_s = DVector::from_vec(knots.trapezoidal_weights_s());
+        let integral = |values: &[f64]| values.iter().zip(&spans_s).map(|(value, span_s)| value * span_s).sum();
+        let by_discretisation = shift.dot(&spans_s) * scale;
+        let deviations = known.deviations.iter().zip(&shift);
+        let traces = observed.iter().filter(|trace| !trace.is_empty());
+        Ok(FluxInversion {
+            quantity,
+            standard_deviations: deviations.map(|(deviation, shift)| deviation.hypot(*shift) * scale).collect(),
+            smoothing_bias: known.smoothing_bias.iter().map(|value| value * scale).collect(),
+            integral: integral(&values),
+            integral_deviation: (known.noise_gain.tr_mul(&spans_s).norm() * scale).hypot(by_discretisation),
+            case_integral: integral(&knots.case_values),
+            discretisation_error_k: errors_k.map(|of_k| of_k.iter().fold(0.0, |most: f64, at_k| most.max(at_k.abs()))),
+            integral_discretisation_error: by_discretisation,
+            least_value,
+            knots_below_zero: knots_below_bound(fit, flat.len(), least_value),
+            degrees_of_freedom: known.degrees_of_freedom,
+            undetermined: known.undetermined,
+            schedule: heating_schedule(&found_case, quantity).unwrap_or_else(|| own.clone()),
+            values,
+            case_values: knots.case_values.clone(),
+            times_s: knots.times_s.clone(),
+            criterion: chosen,
+            selected: solved.point,
+            l_curve: rungs,
+            sensor_fits: traces.map(|samples| SensorFit::of(samples, &plan.instants_s, &ends)).collect(),
+            end_s,
+            samples: flat.len(),
+            marches,
+            converged: fit.termination.converged(),
+            termination: fit.termination.to_string(),
+        })
+    }
+
+    /// The discretisation error of each sample with a heating, K, on the cells and steps of a plan that was adapted to
+    /// another one; infinite where a finer march fails. `None` where the case states its cells and steps.
+    fn discretisation_errors_k(
+        &self,
+        heated: &Case,
+        plan: &Plan,
+        samples: &[Sample],
+        monitor: &Monitor,
+    ) -> Result<Option<Vec<f64>>, MarchError> {
+        if plan.error_estimate.is_none() {
+            return Ok(None);
+        }
+        let nominal = Ensemble::nominal(&heated.factors);
+        let refined = refined_traces(heated, &plan.with_exposure(&heated.exposure), &nominal, monitor)?;
+        let readings: Vec<(usize, usize)> = samples.iter().map(|sample| (sample.sensor, sample.instant)).collect();
+        Ok(Some(refined.reading_errors_k(0, &readings).unwrap_or_else(|| vec![f64::INFINITY; samples.len()])))
+    }
+}
+
+/// The schedule of a quantity in a case.
+fn heating_schedule(case: &Case, quantity: HeatingQuantity) -> Option<Schedule> {
+    quantity.schedule(&case.exposure.hot_face).cloned()
+}
+
+/// Number of variables at a lower bound of zero, if the data (the first residuals) would be met significantly better
+/// below it: the reduction of their sum of squares without the bound, to first order, has the χ² distribution of as
+/// many degrees of freedom where only noise pulls at them.
+fn knots_below_bound(fit: &Fit, samples: usize, least: f64) -> usize {
+    if least != 0.0 {
+        return 0;
+    }
+    let gradient = fit.jacobian.tr_mul(&fit.residuals);
+    let is_held = |knot: usize| fit.point[knot] <= 0.0 && gradient[knot] > 0.0;
+    let held: Vec<usize> = (0..fit.point.len()).filter(|&knot| is_held(knot)).collect();
+    let pull = DVector::from_fn(fit.point.len(), |knot, _| if is_held(knot) { gradient[knot] } else { 0.0 });
+    let normal = fit.jacobian.tr_mul(&fit.jacobian);
+    let ridge = 1e-9 * normal.diagonal().amax();
+    let damped = normal + DMatrix::from_diagonal_element(pull.len(), pull.len(), ridge);
+    let Some(step) = damped.cholesky().map(|factors| factors.solve(&pull)) else { return 0 };
+    let (data, jacobian) = (fit.residuals.rows(0, samples), fit.jacobian.rows(0, samples));
+    let reduction = data.norm_squared() - (data - jacobian * step).norm_squared();
+    let number = held.len() as f64;
+    if reduction > number + 4.0 * (2.0 * number).sqrt() { held.len() } else { 0 }
 }
 
 /// The estimated schedule up to its end, then the case's own schedule to the end of the run, with its jumps.
@@ -295,6 +415,11 @@ fn extended_schedule(found: &Schedule, own: &Schedule, end_s: f64, duration_s: f
 }
 
 impl FluxInversion {
+    /// Whether the discretisation error of a reading is clearly above a tolerance, K.
+    pub fn exceeds_tolerance(&self, tolerance_k: f64) -> bool {
+        self.discretisation_error_k.is_some_and(|error_k| error_k > ACCEPTED_ERROR * tolerance_k)
+    }
+
     /// Half-width of the 95 % interval of a knot value under measurement noise.
     pub fn half_width(&self, knot: usize) -> f64 {
         1.96 * self.standard_deviations[knot]

@@ -14,7 +14,7 @@ use super::nominal::{Peak, nominal};
 use super::proportion::{Proportion, counts_below_95, quantile_ranks_95};
 use super::uncertainty::{Failure, Sweep, uncertainty};
 use super::work_log::{NoLog, WorkLog};
-use crate::adapt::adapt_monitored;
+use crate::adapt::{adapt_monitored, checked_at_members};
 use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{March, MarchError};
@@ -177,6 +177,8 @@ pub enum SizeError {
 
 /// Number of thicknesses in the peak curve, evenly spaced in the logarithm.
 const CURVE_POINTS: usize = 13;
+/// Most adaptations of cells and steps to the thickness found: it may be far from that of the case.
+pub(in crate::study) const MAX_ADAPTATIONS: usize = 3;
 /// Members marched for the percentiles of the peak curve.
 pub const CURVE_MEMBERS: usize = 400;
 /// Smallest decrease of the nominal peak over the allowed range; below it, thickness does not cool the part, K.
@@ -219,15 +221,28 @@ pub(crate) fn size_from(
     limited.limits = vec![TemperatureLimit { part: demand.part, limit_k: demand.limit_k }];
     let case = &limited;
     let scalable = ScalableCase::new(case, &demand.ply)?;
-    let plan = adapt_monitored(&scalable.case, &march.monitor())?;
-    let mut trial = ThicknessMarch { scalable: &scalable, plan: &plan, march, log, marches: 0 };
+    let mut plan = adapt_monitored(&scalable.case, &march.monitor())?;
     let drawn_m = scalable.case_thickness_m;
     let (members, drawn) = (sweep.members, sweep.ensemble(case));
-
-    let NominalSizing { within_m, curve, required: nominal, first_m } = size_nominally(&mut trial, demand)?;
-    check_cooled(case, demand, &curve)?;
-    let starts = vec![SearchStart { within_m, first_m }; members];
-    let found = trial.required_thicknesses(&starts, &curve, |member| drawn.member(member))?;
+    let mut marches = 0;
+    let mut adaptations = 1;
+    let (NominalSizing { within_m, curve, required: nominal, .. }, found) = loop {
+        let mut trial = ThicknessMarch { scalable: &scalable, plan: &plan, march, log, marches: 0 };
+        let sizing = size_nominally(&mut trial, demand)?;
+        check_cooled(case, demand, &sizing.curve)?;
+        let starts = vec![SearchStart { within_m: sizing.within_m, first_m: sizing.first_m }; members];
+        let found = trial.required_thicknesses(&starts, &sizing.curve, |member| drawn.member(member))?;
+        marches += trial.marches;
+        let thickness_m = required_quantile(&found.required, demand.probability).sort_key_m().min(sizing.within_m.1);
+        let at_answer = scalable.nominal_member(thickness_m);
+        let checked = checked_at_members(&scalable.case, &plan, &at_answer, &march.monitor())?;
+        if !checked.is_adapted_anew || adaptations == MAX_ADAPTATIONS {
+            break (sizing, found);
+        }
+        plan = checked.plan;
+        adaptations += 1;
+    };
+    let mut trial = ThicknessMarch { scalable: &scalable, plan: &plan, march, log, marches };
     let shares = squared_correlation_shares(case.factors.len(), &found.required, |member| drawn.member(member));
     let mut inorder = found.required.clone();
     inorder.sort_by(|a, b| a.sort_key_m().total_cmp(&b.sort_key_m()));
@@ -273,6 +288,13 @@ pub(crate) fn size_from(
         marches,
         requirement: demand.clone(),
     })
+}
+
+/// The thickness that a fraction of the members requires at most.
+pub(in crate::study) fn required_quantile(required: &[RequiredThickness], probability: f64) -> RequiredThickness {
+    let mut inorder = required.to_vec();
+    inorder.sort_by(|a, b| a.sort_key_m().total_cmp(&b.sort_key_m()));
+    inorder[quantile_rank(inorder.len(), probability) - 1]
 }
 
 /// The nominal sizing of a case.

@@ -191,8 +191,8 @@ pub(crate) fn trade(
     let (mut found, mut marches) = (Vec::with_capacity(candidates.len()), 0);
     for candidate in candidates {
         let prepared = candidate.cases.iter().map(|case| PreparedExposure::new(case, requirement, march));
-        let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
-        let sized = size_layup(candidate, &prepared, march, requirement, &drawn, log)?;
+        let mut prepared = prepared.collect::<Result<Vec<_>, _>>()?;
+        let sized = size_layup(candidate, &mut prepared, march, requirement, &drawn, log)?;
         let derivatives = mass_derivatives(&prepared, &sized, march, &drawn, requirement.probability)?;
         marches += sized.marches;
         found.push((sized.layup, derivatives));

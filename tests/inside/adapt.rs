@@ -9,10 +9,12 @@ use bondline::march::{March, Precision, cpu::Cpu};
 use bondline::plan::GridDensity;
 use bondline::plan::{Discretisation, Plan};
 use bondline::plan::{StepGrowth, TimeStepControl};
+use bondline::random::RandomStream;
 use bondline::traces::{Gauge, MemberStatus, Traces};
 use bondline::verify::problems::flexible;
 use bondline::verify::random_case::random_case;
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -320,4 +322,158 @@ fn the_reported_discretisation_error_covers_the_true_one_in_95_percent_of_random
         "{gauges_covered} of {gauges} gas fluxes, masses, fronts and pressures"
     );
     assert!(caught * 10 >= 8 * judged, "half of the cells and steps, not extrapolated: caught in {caught} of {judged}");
+}
+
+/// A slab of ρ = 1000 kg/m³, c = 1000 J/kg/K, behind which nothing conducts, with its three sensors.
+#[derive(Clone, Copy, Debug)]
+struct Slab {
+    thickness_m: f64,
+    conductivity_w_m_k: f64,
+}
+
+const HEAT_CAPACITY_J_M3_K: f64 = 1e6;
+
+impl Slab {
+    fn case(self, duration_s: f64, hot_face: &str) -> Case {
+        let Self { thickness_m, conductivity_w_m_k } = self;
+        let material = format!(
+            "name = \"M\"\n[density]\nvalue = \"1000 kg/m^3\"\n[heat_capacity]\nvalue = \"1000 J/kg/K\"\n\
+             [conductivity]\nvalue = \"{conductivity_w_m_k} W/m/K\"\n[emissivity]\nvalue = 0.8\n"
+        );
+        let toml = format!(
+            r#"initial_temperature = "300 K"
+duration = "{duration_s} s"
+ply = [{{ name = "S", material = "m", thickness = "{thickness_m} m", limit = "3000 K" }}]
+sensor = [
+    {{ name = "F", depth = "0 mm" }},
+    {{ name = "M", depth = "{} m" }},
+    {{ name = "B", below = "S" }},
+]
+[hot_face]
+{hot_face}
+[resolution]
+output_interval = "{} s"
+"#,
+            thickness_m / 4.0,
+            duration_s / 200.0
+        );
+        let files = BTreeMap::from([("materials/m.toml".to_owned(), material)]);
+        Case::from_toml(&toml, "slab", &files).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The case under square pulses of a flux, each given by its start, its end and its flux.
+    fn pulsed(self, duration_s: f64, pulses: &[(f64, f64, f64)]) -> Case {
+        let corners = pulses.iter().map(|(start_s, end_s, flux_w_m2)| {
+            format!(
+                "[\"{start_s} s\", \"0 W/m^2\"], [\"{start_s} s\", \"{flux_w_m2} W/m^2\"], \
+                 [\"{end_s} s\", \"{flux_w_m2} W/m^2\"], [\"{end_s} s\", \"0 W/m^2\"]"
+            )
+        });
+        let corners: Vec<String> = corners.collect();
+        let flux = format!("flux = {{ points = [{}], outside = \"zero\" }}", corners.join(", "));
+        self.case(duration_s, &format!("kind = \"heated\"\nemissivity = 0\n{flux}"))
+    }
+
+    /// The exact rise of the temperature at a depth after the start of a constant flux (Carslaw & Jaeger, Conduction of
+    /// Heat in Solids, 1959, section 3.8), K.
+    fn rise_k(self, depth_m: f64, time_s: f64, flux_w_m2: f64) -> f64 {
+        if time_s <= 0.0 {
+            return 0.0;
+        }
+        let Self { thickness_m, conductivity_w_m_k } = self;
+        let fourier = conductivity_w_m_k / HEAT_CAPACITY_J_M3_K * time_s / thickness_m.powi(2);
+        let from_back = 1.0 - depth_m / thickness_m;
+        let terms = (40.0 / (PI * PI * fourier)).sqrt().ceil() as usize + 1;
+        let term = |n: f64| {
+            (if n % 2.0 == 0.0 { 1.0 } else { -1.0 }) / (n * n)
+                * (-(n * PI).powi(2) * fourier).exp()
+                * (n * PI * from_back).cos()
+        };
+        let series: f64 = (1..=terms).map(|n| term(n as f64)).sum();
+        flux_w_m2 * thickness_m / conductivity_w_m_k
+            * (fourier + (3.0 * from_back.powi(2) - 1.0) / 6.0 - 2.0 / PI.powi(2) * series)
+    }
+
+    /// Largest difference of the sensors from the exact temperatures after the start, K.
+    fn error_k(self, plan: &Plan, traces: &Traces, pulses: &[(f64, f64, f64)]) -> f64 {
+        let depths_m = [0.0, self.thickness_m / 4.0, self.thickness_m];
+        let mut worst_k = 0.0_f64;
+        for (sensor, depth_m) in depths_m.into_iter().enumerate() {
+            for (found_k, time_s) in traces.trace(0, sensor).iter().zip(plan.instants_s()).skip(1) {
+                let rise = |&(start_s, end_s, flux_w_m2): &(f64, f64, f64)| {
+                    self.rise_k(depth_m, time_s - start_s, flux_w_m2) - self.rise_k(depth_m, time_s - end_s, flux_w_m2)
+                };
+                worst_k = worst_k.max((found_k - 300.0 - pulses.iter().map(rise).sum::<f64>()).abs());
+            }
+        }
+        worst_k
+    }
+}
+
+#[test]
+fn ten_seconds_of_heating_in_a_day_give_their_heat() {
+    let (slab, pulses) = (Slab { thickness_m: 0.01, conductivity_w_m_k: 1.0 }, [(3600.0, 3610.0, 1e5)]);
+    let case = slab.pulsed(86_400.0, &pulses);
+    let plan = adapt(&case).expect("the processor does not fail");
+    let reached = plan.error_estimate.as_ref().expect("an adapted plan has an estimate");
+    let traces = marched(&plan, &case);
+    let error_k = slab.error_k(&plan, &traces, &pulses);
+    assert!(reached.nominal_k <= 0.05 && error_k <= reached.nominal_k, "{error_k} K, {reached:?}");
+    let end_k = *traces.trace(0, 2).last().expect("an instant");
+    assert!((end_k - 400.0).abs() < 0.05, "the heat is 1 MJ/m², which warms 10 mm by 100 K: {end_k} K");
+    assert!(plan.steps() < 1000, "{} steps", plan.steps());
+}
+
+/// Pulses of 1 ms to 60 s anywhere in runs of 1 s to 2 days.
+#[test]
+fn the_reported_error_of_short_pulses_covers_the_true_one() {
+    let mut numbers = RandomStream::new(9, 1);
+    let mut logarithmic = |low: f64, high: f64| low * (high / low).powf(numbers.uniform());
+    let mut covered = 0;
+    const RUNS: usize = 12;
+    for run in 0..RUNS {
+        let duration_s = logarithmic(1.0, 172_800.0).round();
+        let slab = Slab { thickness_m: logarithmic(1e-4, 1e-2), conductivity_w_m_k: logarithmic(0.3, 30.0) };
+        let number = 1 + run % 3;
+        let part_s = duration_s / number as f64;
+        let pulses: Vec<(f64, f64, f64)> = (0..number)
+            .map(|part| {
+                let width_s = logarithmic(1e-3, 60.0).min(0.2 * part_s);
+                let start_s = (part as f64 + logarithmic(0.01, 0.75)) * part_s;
+                // A rise of the face by 300 K at most, and of the whole slab.
+                let face = (slab.conductivity_w_m_k * HEAT_CAPACITY_J_M3_K * PI / (4.0 * width_s)).sqrt();
+                let whole = HEAT_CAPACITY_J_M3_K * slab.thickness_m / width_s;
+                (start_s, start_s + width_s, 300.0 * face.min(whole))
+            })
+            .collect();
+        let case = slab.pulsed(duration_s, &pulses);
+        let plan = adapt(&case).expect("the processor does not fail");
+        let reached = plan.error_estimate.as_ref().expect("an adapted plan has an estimate");
+        let error_k = slab.error_k(&plan, &marched(&plan, &case), &pulses);
+        assert!(error_k <= 2.0 * reached.nominal_k, "{slab:?}, {pulses:?} in {duration_s} s: {error_k} K, {reached:?}");
+        covered += usize::from(error_k <= reached.nominal_k);
+        // Negative control: without the pulses the temperatures do not change.
+        assert!(error_k < slab.error_k(&plan, &marched(&plan, &case), &[]), "the pulses do not show");
+    }
+    assert!(covered >= RUNS - 1, "{covered} of {RUNS}");
+}
+
+/// Forty pulses of a few thousandths of a per cent of the run are too many corners of too small an effect to end on.
+#[test]
+fn steps_that_pass_over_pulses_give_their_heat() {
+    let slab = Slab { thickness_m: 0.01, conductivity_w_m_k: 1.0 };
+    let pulses: Vec<(f64, f64, f64)> =
+        (0..40).map(|n| 100.0 * f64::from(n) + 13.7).map(|t| (t, t + 0.2, 1e4)).collect();
+    let case = slab.pulsed(4000.0, &pulses);
+    let given_j_m2 = |coefficient: f64| {
+        let pace = TimeStepControl { growth: StepGrowth::Graded { coefficient }, segments: Vec::new() };
+        let grid = GridDensity::by_diffusion_time(&case, 16.0);
+        let plan = Plan::with_discretisation(&case, Discretisation { grid, time_steps: pace });
+        (marched(&plan, &case).balances[0].hot_in_j_m2, plan.steps())
+    };
+    for coefficient in [0.5, 1.0, 3.0] {
+        let (heat_j_m2, steps) = given_j_m2(coefficient);
+        assert!(steps < 160, "{steps} steps end on the corners");
+        assert!((heat_j_m2 - 8e4).abs() < 1e-6 * 8e4, "{heat_j_m2} J/m² over {steps} steps");
+    }
 }

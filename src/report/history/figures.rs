@@ -21,10 +21,12 @@ fn flux(answers: &Answers, outcome: &FluxInversion) -> Figure {
     let largest = outcome.values.iter().chain(&outcome.case_values).copied().fold(0.0, f64::max) * unit.scale;
     // Limits the axis, as the band is unbounded at undetermined knots.
     let top = 1.4 * largest.max(1e-6);
+    let lowest = outcome.values.iter().chain(&outcome.case_values).copied().fold(0.0, f64::min) * unit.scale;
+    let bottom = 1.4 * lowest;
     let values = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * unit.scale).collect() };
     let edge = |sign: f64| {
         let at = |knot: usize| (outcome.values[knot] + sign * outcome.half_width(knot)) * unit.scale;
-        knots.clone().map(|knot| at(knot).clamp(0.0, top)).collect()
+        knots.clone().map(|knot| at(knot).clamp(bottom, top)).collect()
     };
     let x = &outcome.times_s;
     let found_values = values(&outcome.values);
@@ -34,10 +36,10 @@ fn flux(answers: &Answers, outcome: &FluxInversion) -> Figure {
         title: format!("{}, estimated", unit.title),
         caption: format!("{} {}", finding(answers, outcome), band_explanation()),
         x: Axis::linear("Time, s").with_range(0.0, outcome.end_s),
-        y: Axis::linear(&format!("{}, {}", capitalised(unit.noun), unit.unit)).with_range(0.0, top),
+        y: Axis::linear(&format!("{}, {}", capitalised(unit.noun), unit.unit)).with_range(bottom, top),
         layers: vec![
             Layer::Band {
-                name: "95 % band (noise)".to_owned(),
+                name: "95 % band (noise, discretisation)".to_owned(),
                 ink: Ink::Series(0),
                 opacity: 0.2,
                 x: x.clone(),

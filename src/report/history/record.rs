@@ -22,6 +22,11 @@ pub(super) struct HistoryRecord<'a> {
     regularisation_weight: f64,
     /// Root mean square of the residuals in standard deviations.
     weighted_rms: f64,
+    /// Largest discretisation error of a reading with the estimated heating, K; `null` where the case states its cells
+    /// and steps.
+    discretisation_error_k: Option<f64>,
+    /// Knots at zero where a negative value would fit the data better.
+    knots_below_zero: usize,
     /// Sensor → root mean square of measurement less prediction, K.
     sensors: OrderedMap<'a, SensorMisfit>,
     marches: usize,
@@ -121,6 +126,8 @@ impl<'a> HistoryRecord<'a> {
             },
             regularisation_weight: outcome.selected.weight,
             weighted_rms: outcome.selected.rms,
+            discretisation_error_k: outcome.discretisation_error_k,
+            knots_below_zero: outcome.knots_below_zero,
             sensors: OrderedMap(sensors.collect()),
             marches: outcome.marches,
             converged: outcome.converged,

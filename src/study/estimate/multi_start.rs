@@ -55,7 +55,7 @@ impl<'a> MultiStart<'a> {
     /// # Errors
     /// When a case selects no factor or no data, or the cases are incompatible.
     pub(super) fn new(
-        runs: &[(&Case, &'a Plan)],
+        runs: &[(&'a Case, &'a Plan)],
         march: &'a mut dyn March,
         search: &'a SearchOptions,
     ) -> Result<Self, EstimateError> {

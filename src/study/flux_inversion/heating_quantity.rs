@@ -37,6 +37,12 @@ impl HeatingQuantity {
         }
     }
 
+    /// Least value of a variable: a flux may cool the face where the case's own flux does. Incident radiation is never
+    /// negative, nor is a temperature.
+    pub(super) fn least_value(self, own: &Schedule) -> f64 {
+        if self == Self::Flux && own.lowest() < 0.0 { f64::NEG_INFINITY } else { 0.0 }
+    }
+
     /// Scale of a variable where the case's own schedule is zero throughout, W/m² or K.
     pub(super) fn default_scale(self) -> f64 {
         match self {

@@ -2,6 +2,7 @@
 
 use super::SizeError;
 use crate::case::{Case, Factor, Property};
+use crate::ensemble::Ensemble;
 
 /// A case with a thickness factor on the sized plies.
 pub(in crate::study) struct ScalableCase {
@@ -63,6 +64,12 @@ impl ScalableCase {
     pub(in crate::study) fn nominal_factors(&self) -> Vec<f64> {
         let own = self.case.factors.len() - usize::from(!self.is_case_factor);
         self.case.factors[..own].iter().map(|factor| factor.nominal).collect()
+    }
+
+    /// The nominal member at a total thickness of the plies.
+    pub(in crate::study) fn nominal_member(&self, thickness_m: f64) -> Ensemble {
+        let row = self.member_factors(&self.nominal_factors(), thickness_m);
+        Ensemble::from_values(row.len(), row)
     }
 
     /// Factors of a member at a total thickness of the plies.

@@ -1,7 +1,7 @@
 //! Sizing of one layup for its limit under all exposures.
 
 use super::{CandidateLayup, SizedLayup, TableEnd};
-use crate::adapt::adapt_monitored;
+use crate::adapt::{adapt_monitored, checked_at_members};
 use crate::case::{Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
@@ -9,8 +9,8 @@ use crate::plan::Plan;
 use crate::study::margins::quantile_rank;
 use crate::study::proportion::quantile_ranks_95;
 use crate::study::size::{
-    NominalSizing, RequiredThickness, ScalableCase, SearchStart, SizeError, SizingRequirement, ThicknessMarch,
-    by_reason, check_start, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,
+    MAX_ADAPTATIONS, NominalSizing, RequiredThickness, ScalableCase, SearchStart, SizeError, SizingRequirement,
+    ThicknessMarch, by_reason, check_start, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,
 };
 use crate::study::work_log::WorkLog;
 use crate::traces::Peak;
@@ -41,9 +41,43 @@ pub(super) struct LayupSizing {
     pub marches: usize,
 }
 
+/// [`size_on_plans`], repeated on plans that are adapted to the thickness found where this one exceeds their
+/// tolerance.
+pub(super) fn size_layup(
+    candidate: &CandidateLayup,
+    exposures: &mut [PreparedExposure],
+    march: &mut dyn March,
+    requirement: &SizingRequirement,
+    drawn: &Ensemble,
+    log: &mut dyn WorkLog,
+) -> Result<LayupSizing, SizeError> {
+    let mut marches = 0;
+    let mut adaptations = 1;
+    loop {
+        let mut sized = size_on_plans(candidate, exposures, march, requirement, drawn, log)?;
+        marches += sized.marches;
+        sized.marches = marches;
+        if adaptations == MAX_ADAPTATIONS {
+            return Ok(sized);
+        }
+        let thickness_m = sized.layup.required.sort_key_m().min(sized.layup.thickness_range_m.1);
+        let mut is_adapted_anew = false;
+        for PreparedExposure { scalable, plan } in &mut *exposures {
+            let at_answer = scalable.nominal_member(thickness_m);
+            let checked = checked_at_members(&scalable.case, plan, &at_answer, &march.monitor())?;
+            is_adapted_anew |= checked.is_adapted_anew;
+            *plan = checked.plan;
+        }
+        if !is_adapted_anew {
+            return Ok(sized);
+        }
+        adaptations += 1;
+    }
+}
+
 /// The thickness that each member requires under all exposures: that of the exposure that requires most at nominal
 /// factors, unless it does not suffice for another one.
-pub(super) fn size_layup(
+fn size_on_plans(
     candidate: &CandidateLayup,
     exposures: &[PreparedExposure],
     march: &mut dyn March,
@@ -140,8 +174,7 @@ impl LayupSizing {
         let thickness_m = layup.required.sort_key_m().min(layup.thickness_range_m.1);
         let governing = layup.governing_exposure();
         for (exposure, PreparedExposure { scalable, plan }) in exposures.iter().enumerate() {
-            let row = scalable.member_factors(&scalable.nominal_factors(), thickness_m);
-            let traces = march.march(plan, &Ensemble::from_values(row.len(), row), 0..1)?;
+            let traces = march.march(plan, &scalable.nominal_member(thickness_m), 0..1)?;
             self.marches += 1;
             let Peak { time_s, .. } = traces.limited_peak(0, 0);
             if exposure == governing {
