@@ -69,7 +69,7 @@ const MAX_VERIFICATION_CELL_STEPS: f64 = 4e7;
 /// Members for which a plan was not adapted may exceed its tolerance, or its error if that is larger, by this factor
 /// before it is adapted anew; their error is reported.
 pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
-/// Tolerance of rounding where a case states cells and steps, K.
+/// Tolerance beside which errors are stated where a case states cells and steps, K.
 const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Most times that the steps are doubled for members that diverge.
 const COMPLETING_ROUNDS: usize = 2;
