@@ -13,6 +13,9 @@ const MAJOR_CORNER_RANK: f64 = 1e-2;
 const FEW_CORNERS: usize = 32;
 /// Most corners of a longer schedule on which steps end: those of the highest rank.
 const MOST_CORNERS: usize = 256;
+/// Of a schedule of at most [`MOST_CORNERS`] corners, those of this share of the largest rank are major, however small
+/// that is: pulses that are short against the run. A record of noise has more corners.
+const LARGE_SHARE: f64 = 0.1;
 /// A corner of a smaller rank is rounding.
 const ROUNDING_RANK: f64 = 1e-12;
 
@@ -62,7 +65,9 @@ pub(super) fn major_corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
     }
     let mut bends: Vec<usize> = (1..last).filter(|&point| ranks[point] > 0.0).collect();
     if bends.len() > FEW_CORNERS {
-        bends.retain(|&point| ranks[point] >= MAJOR_CORNER_RANK);
+        let large = LARGE_SHARE * bends.iter().fold(0.0, |most: f64, &point| most.max(ranks[point]));
+        let least = if bends.len() <= MOST_CORNERS { MAJOR_CORNER_RANK.min(large) } else { MAJOR_CORNER_RANK };
+        bends.retain(|&point| ranks[point] >= least);
         bends.sort_by(|&one, &other| ranks[other].total_cmp(&ranks[one]));
         bends.truncate(MOST_CORNERS);
         bends.sort_unstable();
@@ -115,6 +120,16 @@ mod tests {
         let found_s = major_corners(&record, 200.0);
         let close = |time_s: &f64| (time_s - 150.0).abs() < 0.015 || (time_s - 150.5).abs() < 0.015;
         assert!(found_s.iter().filter(|time_s| close(time_s)).count() >= 3 && found_s.len() < 60, "{found_s:?}");
+    }
+
+    #[test]
+    fn every_one_of_twenty_pulses_keeps_its_corners_and_noise_about_a_constant_few() {
+        let starts_s: Vec<f64> = (0..20).map(|n| 137.3 + 491.7 * f64::from(n)).collect();
+        let times_s: Vec<f64> = starts_s.iter().flat_map(|&at_s| [at_s, at_s, at_s + 0.1, at_s + 0.1]).collect();
+        let pulses = Schedule { values: [0.0, 5e4, 5e4, 0.0].repeat(20), times_s };
+        assert_eq!(major_corners(&pulses, 10_000.0), pulses.times_s);
+        let of_noise_s = major_corners(&noisy(20_001, 2e3, |_| 2e5), 200.0);
+        assert!(of_noise_s.len() < 60, "{} of 20,001 rows are major corners", of_noise_s.len());
     }
 
     #[test]
