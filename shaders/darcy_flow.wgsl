@@ -90,7 +90,7 @@ fn pore_state(p: u32, i: u32, stage: u32) -> PoreState {
     let density_s2_m2 = molar_kg_k_j / temperature_k;
     let volume_m = cells[i].width_m * ply_scales[p].thickness * thickness_ratio;
     return PoreState(
-        max(volume_m * porosity * density_s2_m2, real(1e-18)),
+        max(volume_m * porosity * density_s2_m2, real(STORAGE_MIN)),
         mobility * density_s2_m2,
         slip * temperature_k,
         4.0 * inertia * mobility * mobility * density_s2_m2,
@@ -100,12 +100,13 @@ fn pore_state(p: u32, i: u32, stage: u32) -> PoreState {
 fn update_pores(step: u32) {
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
-            let held = pores[i].storage;
+            var held = pores[i].storage;
+            if step == 0u {
+                held = initial_gas_storage(p, i);
+            }
             mass_fluxes[i] = mean_mass_fluxes[i];
             pores[i] = pore_state(p, i, 0u);
-            if step > 0u {
-                pores[i].storage = held;
-            }
+            pores[i].storage = held;
         }
     }
     hot_outflow[0] = mean_hot_outflow;

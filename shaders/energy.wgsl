@@ -27,7 +27,7 @@ fn stored_heat_gain(p: u32, i: u32) -> real {
     }
     let phases = current_phases(p, i);
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * width_m;
-    let lost_kg_m2 = mass_kg_m2 * (1.0 - mass_ratio(p, phases));
+    let lost_kg_m2 = mass_kg_m2 * lost_mass_ratio(p, i);
     lost_and_stored[0] = lost_and_stored[0] + lost_kg_m2;
     let then_j_kg = state_enthalpy(p, 0u, integral(then, 1u));
     let now_j_kg = solid_enthalpy(p, phases, now);

@@ -60,7 +60,7 @@ fn initial_gas_storage(p: u32, cell: u32) -> real {
     let molar = interpolate(gas_columns(p, ply_row(p, start_k)), 2u);
     let virgin = plan.substances[plan.plies[p].first_state];
     let volume_m = cells[cell].width_m * ply_scales[p].thickness;
-    return volume_m * virgin.porosity * (molar / start_k);
+    return max(volume_m * virgin.porosity * (molar / start_k), real(STORAGE_MIN));
 }
 
 fn pressure_work(p: u32, cell: u32, stage: u32) -> real {

@@ -26,9 +26,10 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     var depth_m = over.end_m;
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
-            let density = current_mass_ratio(p, i);
+            let lost_ratio = lost_mass_ratio(p, i);
+            let density = opaque(1.0 - lost_ratio);
             let width_m = cells[i].width_m;
-            lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
+            lost = lost + ply_scales[p].mass_kg_m3 * width_m * lost_ratio;
             let here = degree_of_conversion(p, density);
             let node_m = depth_m + cells[i].above_m;
             let jumps = i == plan.plies[p].first_cell && plan.plies[p].same_material_above == 0u;
@@ -57,7 +58,10 @@ fn gauges(step: u32) -> array<real, GAUGES> {
         }
         back = pressures[run.last_cell].high;
     }
-    let flux = 1.5 * recent_outflows[1] - 0.5 * recent_outflows[0];
+    let length_s = lengths[max(step, 1u) - 1u];
+    let before_s = lengths[max(step, 2u) - 2u];
+    let flux = recent_outflows[1]
+        + (recent_outflows[1] - recent_outflows[0]) * (length_s / (length_s + before_s));
     return array<real, GAUGES>(
         flux,
         reduce_sum(lost),

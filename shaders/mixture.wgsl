@@ -44,13 +44,13 @@ fn mass_ratio(ply: u32, phases: Phases) -> real {
     return opaque(density);
 }
 
-fn current_mass_ratio(ply: u32, cell: u32) -> real {
+fn lost_mass_ratio(ply: u32, cell: u32) -> real {
     let row = plan.plies[ply];
     var lost = real(0.0);
     for (var j = row.first_reaction; j < row.end_reaction; j++) {
         lost = lost + advancements[cell * REACTIONS + j - row.first_reaction].high * plan.reactions[j].loss;
     }
-    return opaque(1.0 - ply_scales[ply].loss * lost);
+    return ply_scales[ply].loss * lost;
 }
 
 fn face_emissivity(face: u32, ply: u32, cell: u32, seen: TableSegment, stage: u32) -> real {

@@ -97,7 +97,11 @@ fn update_sensors(step: u32) {
     for (var s = thread; s < run.sensors; s += THREADS_PER_MEMBER) {
         let now = read_sensor(s, step);
         if step == 0u {
+            let start_k = plan.sensors[s].start_k;
             beads_now[s] = now;
+            if start_k != 0.0 {
+                beads_now[s] = DoubleWord(start_k, 0.0);
+            }
         } else {
             beads_now[s] = bead_response(beads_now[s], readings[s], now, beads[(step - 1u) * SENSORS + s]);
         }

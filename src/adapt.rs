@@ -7,8 +7,9 @@
 //! carry no noise from step-size control.
 
 pub mod error_estimate;
+mod rounding;
 
-use crate::case::{Bounds, Case};
+use crate::case::{Bounds, Case, Factor};
 use crate::ensemble::Ensemble;
 use crate::march::cpu::Cpu;
 use crate::march::monitor::{Monitor, Progress};
@@ -73,8 +74,8 @@ pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
 const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Most times that the steps are doubled for members that diverge.
 const COMPLETING_ROUNDS: usize = 2;
-/// Corners of the factor bounds that are marched: one SIMD group.
-const CORNER_MEMBERS: usize = 8;
+/// Corners of the factor bounds that are marched: two SIMD groups in f64.
+const CORNER_MEMBERS: usize = 16;
 
 impl Discretisation {
     /// The initial discretisation of a case: few cells and few steps.
@@ -420,14 +421,25 @@ fn completing(
     Ok(completed)
 }
 
-/// Members at corners of bounds of the factors: all low, all high, and alternating patterns.
+/// Members at corners of bounds of the factors: all low, all high, and alternating patterns (Walsh functions) over an
+/// order of the factors that is not that of the case.
 fn corners(case: &Case, bounds: Bounds) -> Ensemble {
+    let count = case.factors.len();
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by_key(|&factor| {
+        let Factor { name, group, property, state, .. } = &case.factors[factor];
+        (*property as usize, group, state, name)
+    });
     let row = |corner: usize| {
-        let is_high = move |factor: usize| (factor & (corner / 2)).count_ones() as usize % 2 != corner % 2;
-        let ends = case.factors.iter().map(|factor| factor.bounds(bounds)).enumerate();
-        ends.map(move |(factor, (low, high))| if is_high(factor) { high } else { low })
+        let mut values = vec![0.0; count];
+        for (place, &factor) in order.iter().enumerate() {
+            let is_high = (place & (corner / 2)).count_ones() as usize % 2 != corner % 2;
+            let (low, high) = case.factors[factor].bounds(bounds);
+            values[factor] = if is_high { high } else { low };
+        }
+        values
     };
-    Ensemble::from_values(case.factors.len(), (0..CORNER_MEMBERS).flat_map(row).collect())
+    Ensemble::from_values(count, (0..CORNER_MEMBERS).flat_map(row).collect())
 }
 
 /// The largest error of the members at corners of the factors' small bounds that complete, K.
@@ -438,7 +450,7 @@ fn corners_k(trials: &Trials<'_>, case: &Case, plan: &Plan, finer: &Plan) -> Res
     let ensemble = corners(case, Bounds::Small);
     let (base, finer) = rayon::join(|| trials.march(plan, &ensemble), || trials.march(finer, &ensemble));
     let (base, finer) = (base?, finer?);
-    let errors_k = (0..CORNER_MEMBERS).map(|corner| TWOFOLD_ERROR_RATIO * largest_difference_k(&base, &finer, corner));
+    let errors_k = (0..ensemble.len()).map(|corner| TWOFOLD_ERROR_RATIO * largest_difference_k(&base, &finer, corner));
     Ok(errors_k.filter(|error_k| error_k.is_finite()).reduce(f64::max))
 }
 
@@ -518,6 +530,19 @@ mod tests {
 
     fn marched(plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
         Trials { monitor: &Monitor::default(), marched: Mutex::new(0) }.march(plan, ensemble)
+    }
+
+    #[test]
+    fn corners_do_not_depend_on_the_order_of_the_factors() {
+        let case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
+        let mut reversed = case.clone();
+        reversed.factors.reverse();
+        let (one, other) = (corners(&case, Bounds::Small), corners(&reversed, Bounds::Small));
+        for corner in 0..one.len() {
+            assert!(one.member(corner).into_iter().eq(other.member(corner).into_iter().rev()), "corner {corner}");
+        }
+        let values: Vec<Vec<f64>> = (0..one.len()).map(|corner| one.member(corner)).collect();
+        assert!((1..one.len()).all(|corner| !values[..corner].contains(&values[corner])));
     }
 
     #[test]

@@ -222,6 +222,30 @@ impl Balance {
         }
     }
 
+    /// The same net flows without negative amounts: what is missing of inflow flowed out.
+    #[must_use]
+    pub(crate) fn without_negative_flows(self) -> Self {
+        let pair = |inward: f64, outward: f64| {
+            let least = inward.min(outward).min(0.0);
+            (inward - least, outward - least)
+        };
+        let (hot_in_j_m2, hot_out_j_m2) = pair(self.hot_in_j_m2, self.hot_out_j_m2);
+        let (back_in_j_m2, back_out_j_m2) = pair(self.back_in_j_m2, self.back_out_j_m2);
+        let (holder_in_j_m2, holder_out_j_m2) = pair(self.holder_in_j_m2, self.holder_out_j_m2);
+        let (gas_in_kg_m2, gas_out_kg_m2) = pair(self.gas_in_kg_m2, self.gas_out_kg_m2);
+        Self {
+            hot_in_j_m2,
+            hot_out_j_m2,
+            back_in_j_m2,
+            back_out_j_m2,
+            holder_in_j_m2,
+            holder_out_j_m2,
+            gas_in_kg_m2,
+            gas_out_kg_m2,
+            ..self
+        }
+    }
+
     /// Energy residual: heat in minus heat out minus storage, relative to the larger of in and out.
     pub fn residual(&self) -> f64 {
         let came_in = self.hot_in_j_m2 + self.back_in_j_m2 + self.holder_in_j_m2;

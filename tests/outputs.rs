@@ -228,7 +228,8 @@ fn written() -> &'static Written {
         written.run(&scratch, "predict own", &["own"]);
         written.run(&scratch, "observations own", &["own"]);
         written.run(&scratch, "predict held", &["held"]);
-        written.run(&scratch, "predict cases/lcat-2259-pyrolysis --depth-profiles 5", &["cases/lcat-2259-pyrolysis"]);
+        let decomposes = "predict cases/lcat-2259-pyrolysis --depth-profiles 5 --precision f32";
+        written.run(&scratch, decomposes, &["cases/lcat-2259-pyrolysis"]);
         written.run(&scratch, "predict cases/permeation --depth-profiles 60s", &["cases/permeation"]);
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);
         written.run(&scratch, "uncertainty limited -n 60", &["limited"]);

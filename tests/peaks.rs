@@ -4,6 +4,9 @@ use crate::cli::run;
 use crate::support::{Scratch, root};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Ensemble, Marginal, SamplingKind};
+use bondline::march::cpu::Cpu;
+use bondline::march::richardson::RichardsonMarch;
+use bondline::march::{March, Precision};
 use bondline::session::{BackendKind, Options, Session, UncertaintyOptions};
 use bondline::study::nominal::Prediction;
 use bondline::study::sequential_sampling::PrecisionTarget;
@@ -274,4 +277,70 @@ fn pieces_of_a_sweep_have_the_peaks_of_the_whole() {
     };
     assert_eq!(indices("whole"), indices("merged"));
     assert!(indices("merged").1["F"]["peak_k"].as_f64().is_some_and(|peak_k| peak_k > 330.0));
+}
+
+/// Bends of the profile lie at a sensor, between nodes and on the interface; heat flows everywhere at the start.
+#[test]
+fn at_the_start_every_thermocouple_reads_the_stated_profile() {
+    let text = r#"
+duration = "60 s"
+initial_temperature = [["0 mm", "300 K"], ["1.7 mm", "420 K"], ["5 mm", "350 K"], ["12 mm", "600 K"]]
+ply = [
+    { name = "S", material = "constant", thickness = "5 mm" },
+    { name = "T", material = "constant", thickness = "7 mm" },
+]
+contact_conductance = "200 W/m^2/K"
+sensor = [
+    { name = "F", depth = "0 mm" },
+    { name = "BEND", depth = "1.7 mm" },
+    { name = "IN", depth = "3.3 mm", time_constant = "0.5 s" },
+    { name = "UP", below = "S", side = "above" },
+    { name = "DOWN", below = "S", side = "below" },
+    { name = "B", depth = "12 mm" },
+]
+[hot_face]
+kind = "heated"
+flux = "40 kW/m^2"
+[[factor]]
+name = "f"
+property = "heating"
+small = [0.9, 1.1]
+"#;
+    let case = load(text);
+    let plan = bondline::adapt::adapt(&case).expect("the processor does not fail");
+    let ensemble = Ensemble::from_values(1, vec![0.9, 1.1]);
+    let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
+    let traces = march.march(&plan, &ensemble, 0..2).expect("the processor does not fail");
+    let expected_k = [300.0, 420.0, 420.0 - 70.0 * 1.6 / 3.3, 350.0, 350.0, 600.0];
+    for member in 0..2 {
+        for (sensor, expected_k) in expected_k.iter().enumerate() {
+            let found_k = traces.trace(member, sensor)[0];
+            assert!((found_k - expected_k).abs() < 1e-9, "sensor {sensor}: {found_k} K for {expected_k} K");
+        }
+    }
+    let tangents =
+        march.tangents(&plan, &Ensemble::from_values(1, vec![1.0]), &[0]).expect("the processor does not fail");
+    let tangents = tangents.expect("the processor differentiates");
+    assert!((0..6).all(|sensor| tangents.trace(1, sensor)[0] == 0.0), "no factor changes the initial profile");
+    assert!(tangents.trace(1, 0)[1] > 0.0);
+}
+
+/// A bead starts at the initial temperature of its depth, also on a face that is held at another one, and then follows
+/// the face: 400 K + 50 K exp(−t/20 s).
+#[test]
+fn a_bead_with_lag_on_a_held_face_starts_at_the_initial_profile_and_follows_the_face() {
+    let text = r#"
+duration = "60 s"
+initial_temperature = [["0 mm", "450 K"], ["5 mm", "350 K"]]
+ply = [{ name = "S", material = "constant", thickness = "5 mm" }]
+sensor = [{ name = "LAG", depth = "0 mm", time_constant = "20 s" }, { name = "F", depth = "0 mm" }]
+hot_face = { kind = "held", temperature = "400 K" }
+"#;
+    let prediction = predict(text);
+    let [lag_k, face_k] = [0, 1].map(|sensor: usize| &prediction.temperatures_k[sensor]);
+    for (instant, time_s) in prediction.instants_s.iter().enumerate() {
+        let expected_k = 400.0 + 50.0 * (-time_s / 20.0).exp();
+        assert!((lag_k[instant] - expected_k).abs() < TOLERANCE_K, "{} K for {expected_k} K", lag_k[instant]);
+        assert!((face_k[instant] - 400.0).abs() < 1e-9);
+    }
 }

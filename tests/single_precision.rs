@@ -7,6 +7,7 @@ use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::march_extrapolated;
 use bondline::plan::Plan;
+use bondline::session::{BackendKind, Options, Session};
 use bondline::traces::MemberStatus;
 use std::collections::BTreeMap;
 
@@ -63,5 +64,41 @@ fn metal_foils_and_films_march_in_single_precision_as_in_double() {
         };
         let difference_k = max_difference_k(&marched(Precision::F32), &marched(Precision::F64));
         assert!(difference_k < SINGLE_K, "{plies:?}: {difference_k} K");
+    }
+}
+
+/// Cloth, felt and a foil.
+fn foil() -> Case {
+    layup(&[("cloth", 0.5), ("felt", 6.0), ("aluminium", 0.025)], 1e6)
+}
+
+#[test]
+fn a_march_in_f32_states_its_rounding_which_is_the_difference_to_f64() {
+    let case = foil();
+    let predicted = |precision| {
+        let options = Options::default().backend(BackendKind::Cpu).precision(precision);
+        Session::open(case.clone(), &options).and_then(|mut session| session.predict()).expect("the processor marches")
+    };
+    let (single, double) = (predicted(Precision::F32), predicted(Precision::F64));
+    let [of_single, of_double] = [&single, &double].map(|found| found.error_estimate.as_ref().expect("adapted cells"));
+    let rounding = of_single.rounding.as_ref().expect("rounding is measured in f32");
+    let pairs = single.temperatures_k.iter().flatten().zip(double.temperatures_k.iter().flatten());
+    let difference_k = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+    assert!(difference_k > 0.0 && rounding.nominal_k >= difference_k, "{rounding:?}, {difference_k} K");
+    assert!(rounding.nominal_k < SINGLE_K);
+    assert_eq!(of_single.nominal_k, of_double.nominal_k + rounding.nominal_k);
+    assert_eq!(of_double.rounding, None);
+}
+
+#[test]
+fn a_device_marches_in_f64_where_f32_does_not_meet_the_tolerance() {
+    for (tolerance_k, expected) in [(0.05, "f32"), (2e-4, "f64")] {
+        let options = Options::default().backend(BackendKind::Gpu).tolerance_k(tolerance_k);
+        let mut session = Session::open(foil(), &options).expect("lavapipe is installed");
+        session.predict().expect("the device marches");
+        let answers = session.answers().expect("a prediction");
+        assert_eq!(answers.backend.precision.name(), expected, "{tolerance_k} K");
+        let is_said = answers.run.remarks.iter().any(|remark| remark.starts_with("Marched in f64: rounding in f32"));
+        assert_eq!(is_said, expected == "f64", "{:?}", answers.run.remarks);
     }
 }

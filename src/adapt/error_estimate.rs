@@ -33,7 +33,13 @@ impl OutputErrors {
         let least =
             |gauge: GaugeError| GaugeError { error: gauge.error.max(MIN_REPORTED_RATIO * gauge.tolerance), ..gauge };
         let gauges = self.gauges.into_iter().map(least).collect();
-        ErrorEstimate { tolerance_k: self.tolerance_k, nominal_k: self.temperature_k, corners_k, gauges }
+        ErrorEstimate {
+            tolerance_k: self.tolerance_k,
+            nominal_k: self.temperature_k,
+            corners_k,
+            gauges,
+            rounding: None,
+        }
     }
 
     /// The larger of two estimates, output by output.
@@ -53,7 +59,7 @@ impl OutputErrors {
         members.reduce(|largest, other| largest.max(&other)).unwrap_or_default()
     }
 
-    fn member_difference(base: &Traces, finer: &Traces, member: usize, tolerance_k: f64) -> Self {
+    pub(super) fn member_difference(base: &Traces, finer: &Traces, member: usize, tolerance_k: f64) -> Self {
         let gauge = |gauge: Gauge| {
             let peaks = [base.gauge_peak(member, gauge)?.value, finer.gauge_peak(member, gauge)?.value];
             let peak_difference = (peaks[0].abs() - peaks[1].abs()).abs();

@@ -106,7 +106,8 @@ impl CaseBuilder {
         }
     }
 
-    /// The validated case. A sensor within a micrometre of a ply face is moved onto it.
+    /// The validated case. A sensor close to a ply face is moved onto it: see
+    /// [`Sensor::depth_m`](super::Sensor::depth_m).
     ///
     /// # Errors
     /// All errors of the content, each with the path of its field: `layup.plies[2].thickness_m`.

@@ -6,8 +6,10 @@ use super::validation::{FieldPath, UniqueNames, not_negative, positive};
 use crate::limits::{PLIES, THICKNESS_RATIO};
 use std::sync::Arc;
 
-/// Depths closer than this are equal: thicknesses are not known to a micrometre.
+/// Depths closer than this to the face of a ply lie on it: thicknesses are not known to a micrometre.
 pub(super) const DEPTH_TOLERANCE_M: f64 = 1e-6;
+/// The same as a share of the thinner ply beside the face: a film of metal is thinner than a micrometre.
+const DEPTH_TOLERANCE: f64 = 1e-3;
 
 /// Millimetres, rounded to a tenth of a micrometre for messages.
 pub(super) fn rounded_mm(depth_m: f64) -> f64 {
@@ -84,17 +86,28 @@ impl Layup {
         depths_m
     }
 
-    /// The depth of a ply face within [`DEPTH_TOLERANCE_M`], else the depth itself, m.
-    pub(super) fn snap_to_face_m(&self, depth_m: f64) -> f64 {
-        let faces_m = self.faces_m();
-        let near = |face_m: &&f64| (**face_m - depth_m).abs() <= DEPTH_TOLERANCE_M;
-        if faces_m.contains(&depth_m) { depth_m } else { faces_m.iter().find(near).copied().unwrap_or(depth_m) }
+    /// How close to the lower face of a ply a depth lies on it, m.
+    fn close_to_face_m(&self, ply: usize) -> f64 {
+        let beside = &self.plies[ply..(ply + 2).min(self.plies.len())];
+        beside.iter().map(|ply| DEPTH_TOLERANCE * ply.thickness_m).fold(DEPTH_TOLERANCE_M, f64::min)
     }
 
-    /// A depth within the layup, moved onto a face within [`DEPTH_TOLERANCE_M`], m.
+    /// How close to the back face a depth lies on it, m.
+    pub(super) fn close_to_back_m(&self) -> f64 {
+        self.close_to_face_m(self.plies.len() - 1)
+    }
+
+    /// The depth of a close ply face, else the depth itself, m.
+    pub(super) fn snap_to_face_m(&self, depth_m: f64) -> f64 {
+        let faces_m = self.faces_m();
+        let near = |&(ply, face_m): &(usize, &f64)| (face_m - depth_m).abs() <= self.close_to_face_m(ply);
+        faces_m.iter().enumerate().find(near).map_or(depth_m, |(_, &face_m)| face_m)
+    }
+
+    /// A depth within the layup, moved onto a close face, m.
     pub(super) fn checked_depth_m(&self, depth_m: f64) -> Result<f64, String> {
         let (top_m, back_m) = (self.origin_m, self.back_m());
-        if depth_m < top_m || depth_m > back_m + DEPTH_TOLERANCE_M {
+        if depth_m < top_m || depth_m > back_m + self.close_to_back_m() {
             let [depth, top, back] = [depth_m, top_m, back_m].map(rounded_mm);
             return Err(format!("depth {depth} mm lies outside the layup, from {top} mm to {back} mm"));
         }
@@ -156,8 +169,8 @@ impl Layup {
 pub struct Sensor {
     /// Unique name, used in column headings: letters, digits, `_`, `-` and `.`.
     pub name: String,
-    /// Depth below the hot face, m. A depth within a micrometre of an interface is moved onto it; `side` then selects
-    /// the ply.
+    /// Depth below the hot face, m. A depth within a micrometre of an interface, and within a thousandth of the thinner
+    /// ply beside it, is moved onto it; `side` then selects the ply.
     pub depth_m: f64,
     /// Side of the interface; without effect inside a ply.
     pub side: Side,

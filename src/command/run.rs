@@ -9,10 +9,12 @@ use crate::command::progress::MarchProgress;
 use crate::command::resume::{Resumable, time_limit};
 use crate::command::stop::token_of_signals;
 use crate::command::terminal::print_error;
+use crate::plan::ErrorEstimate;
 use crate::report::files::OutputFolder;
 use crate::session::Session;
 use crate::session::{Answers, CancelToken};
 use crate::study::uncertainty;
+use crate::study::validity::discretisation_failure;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -112,8 +114,8 @@ pub(crate) fn output_path(command: &str, args: &CaseArgs, id: &str) -> PathBuf {
     args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command))
 }
 
-/// The reason for exit code 1: the nominal march or the march at the estimate cannot be used, or the minimisation did
-/// not converge.
+/// The reason for exit code 1: the nominal march, the march at the estimate or the answer cannot be used, or the
+/// minimisation did not converge.
 pub(crate) fn exit_reason(answers: &Answers) -> Option<String> {
     let nominal = answers.nominal.as_ref().and_then(|nominal| nominal.unusable_reason(&answers.case));
     let nominal = nominal.map(|reason| format!("the nominal march {reason}"));
@@ -123,7 +125,28 @@ pub(crate) fn exit_reason(answers: &Answers) -> Option<String> {
     let fits = || estimated.map(|estimated| estimated.fitted.as_slice()).unwrap_or_default();
     let cases = std::iter::once(&answers.case).chain(&answers.other_cases);
     let fitted = || cases.zip(fits()).find_map(|(case, fit)| fit.after.unusable_reason(case));
-    nominal.or_else(unconverged).or_else(|| fitted().map(|reason| format!("the march at the estimate {reason}")))
+    let fitted = || fitted().map(|reason| format!("the march at the estimate {reason}"));
+    nominal.or_else(unconverged).or_else(fitted).or_else(|| unusable_answer(answers))
+}
+
+/// Why the thickness, the layups or the heating found cannot be used, if they cannot: the discretisation error of their
+/// march.
+fn unusable_answer(answers: &Answers) -> Option<String> {
+    let failure = |estimate: &Option<ErrorEstimate>| estimate.as_ref().and_then(discretisation_failure);
+    let sized = answers.sizing.as_ref().and_then(|sizing| failure(&sizing.error_estimate));
+    let sized = sized.map(|reason| format!("the march at the required thickness cannot be used: {reason}"));
+    let layups = || answers.trade.iter().flat_map(|trade| &trade.layups);
+    let traded = || {
+        let reason = layups().find_map(|layup| failure(&layup.error_estimate))?;
+        Some(format!("the march of a layup cannot be used: {reason}"))
+    };
+    let recovered = || {
+        let error_k = answers.flux_inversion.as_ref()?.discretisation_error_k?;
+        let tolerance_k = answers.case.resolution.tolerance_k?;
+        let reason = discretisation_failure(&ErrorEstimate::of_temperature(error_k, tolerance_k))?;
+        Some(format!("the march with the heating found cannot be used: {reason}"))
+    };
+    sized.or_else(traded).or_else(recovered)
 }
 
 /// Text for standard output: the summary and the path of the report, or the summary as JSON.
@@ -182,5 +205,31 @@ pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
 pub(crate) fn print_renamed_keys(renamed_keys: &[RenamedKey]) {
     for key in renamed_keys {
         print_error(&renamed::note(key));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::{BackendKind, Options, SizeOptions, UncertaintyOptions};
+
+    #[test]
+    fn a_thickness_whose_march_is_inaccurate_ends_with_exit_code_1() {
+        let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
+        let options = Options::default().backend(BackendKind::Cpu);
+        let mut session = Session::open(case, &options).expect("the CPU is always available");
+        let sweep = UncertaintyOptions { members: 10, ..UncertaintyOptions::default() };
+        let size = SizeOptions { probability: 0.5, sweep, ..SizeOptions::new("SLAB", "BACK", 600.0) };
+        session.size(&size).expect("a thickness");
+        let mut answers = session.answers().expect("answers").clone();
+        let sizing = answers.sizing.as_ref().expect("a thickness");
+        assert!(sizing.error_estimate.as_ref().is_some_and(|reached| reached.nominal_k < 0.1));
+        assert_eq!(exit_reason(&answers), None);
+        answers.sizing.as_mut().expect("a thickness").error_estimate = Some(ErrorEstimate::of_temperature(0.6, 0.05));
+        let reason = exit_reason(&answers).expect("a reason");
+        assert!(
+            reason.starts_with("the march at the required thickness cannot be used: its discretisation"),
+            "{reason}"
+        );
     }
 }

@@ -4,6 +4,7 @@ pub mod backend_selection;
 pub mod batching;
 pub mod cpu;
 pub mod fallback;
+mod fronts;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod monitor;
@@ -11,9 +12,10 @@ mod record_peaks;
 pub mod richardson;
 
 use crate::ensemble::Ensemble;
+use crate::physics::layout::GasTransport;
 use crate::plan::Plan;
 use crate::plan::pyrometer_readings::TraceRows;
-use crate::traces::{MemberStatus, Traces};
+use crate::traces::{Gauge, MemberStatus, Traces};
 use monitor::Monitor;
 use rayon::prelude::*;
 use record_peaks::RecordPeaks;
@@ -257,7 +259,8 @@ const TRACES_PER_TASK: usize = 16;
 
 /// Peaks, and readings at the instants of a plan: from records at its steps and the curve between them, prescribed on
 /// held faces, and of pyrometers.
-fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
+fn readings(mut records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
+    read_first_outflows(&mut records, plan);
     let RecordPeaks { peaks, limited_peaks, times_above_s, gauge_peaks } = RecordPeaks::of(&records, plan, rows);
     let (curve, instants) = (&plan.interpolation, plan.interpolation.instant_count());
     let read = |records_of: &[f64]| {
@@ -266,16 +269,18 @@ fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
         traces.with_min_len(TRACES_PER_TASK).for_each(|(records, readings)| curve.interpolate(records, readings));
         readings
     };
+    let gauge_records = std::mem::take(&mut records.gauges);
     let mut readings = Traces {
         instants,
         temperatures_k: read(&records.temperatures_k),
-        gauges: read(&records.gauges),
+        gauges: read(&gauge_records),
         peaks,
         limited_peaks,
         times_above_s,
         gauge_peaks,
         ..records
     };
+    fronts::keep_between_records(&mut readings, &gauge_records, plan, rows.rows_per_member);
     let (sensors, instants) = (readings.sensors, readings.instants);
     for held in &plan.held_readings {
         let Some(held_k) = &held.temperatures_k else { continue };
@@ -286,6 +291,18 @@ fn readings(records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
     }
     plan.read_pyrometers(&mut readings.temperatures_k, rows);
     separate_limits(readings, plan)
+}
+
+/// Gas flux at the start and after the first step, from the steps that follow: it is read from the means of two steps.
+/// By Darcy's law it starts at zero, from uniform pressure.
+fn read_first_outflows(records: &mut Traces, plan: &Plan) {
+    if plan.rows.gas == Some(GasTransport::Darcy) {
+        return;
+    }
+    let known_s = plan.times_s[2.min(plan.times_s.len() - 1)];
+    let gauges = records.gauges.chunks_exact_mut(plan.rows.records);
+    let outflows = gauges.skip(Gauge::GasFlux as usize).step_by(Gauge::ALL.len());
+    outflows.for_each(|outflow| plan.interpolation.extrapolate_start(known_s, outflow));
 }
 
 /// Traces with the readings of temperature limits apart from those of the sensors.

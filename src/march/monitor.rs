@@ -124,12 +124,19 @@ pub struct MonitoredMarch {
     /// Members marched before the current sweep, and the size of the sweep.
     sweep: Option<(usize, usize)>,
     seconds: f64,
+    remark: Option<String>,
 }
 
 impl MonitoredMarch {
     /// A march that reports to `monitor`.
     pub fn new(march: Box<dyn March>, monitor: Monitor) -> Self {
-        Self { march, monitor, marched: 0, sweep: None, seconds: 0.0 }
+        Self { march, monitor, marched: 0, sweep: None, seconds: 0.0, remark: None }
+    }
+
+    /// With a remark on the choice of the march.
+    #[must_use]
+    pub(crate) fn with_remark(self, remark: Option<String>) -> Self {
+        Self { remark, ..self }
     }
 
     /// Reset the count of members and the time.
@@ -194,7 +201,7 @@ impl March for MonitoredMarch {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.march.remarks()
+        self.remark.iter().cloned().chain(self.march.remarks()).collect()
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {

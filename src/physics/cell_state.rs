@@ -13,7 +13,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// flow) of a cell with gas.
     #[inline(always)]
     pub fn cell_state(&self, ply: usize, cell: usize) -> [R; CELL_QUANTITIES] {
-        let ratio = self.current_mass_ratio(ply, cell);
+        let ratio = R::from_f64(1.0) - self.lost_mass_ratio(ply, cell);
         let scale = self.scales.plies[ply];
         let pressure =
             if self.plan.gas == Some(GasTransport::Darcy) { self.darcy.pressures[cell].high } else { R::from_f64(0.0) };

@@ -36,6 +36,9 @@ pub(super) const PRESSURE_GAMMA: f64 = 1.0 + std::f64::consts::FRAC_1_SQRT_2;
 /// Conductance below which a face passes no gas, kg/m²/s/Pa: zero for sealed plies, 1e-18 and more for permeable ones.
 pub(super) const CONDUCTANCE_MIN: f64 = 1e-30;
 
+/// Least stored mass per pressure of a cell, kg/m²/Pa: the pivot of a sealed cell must not vanish.
+pub(super) const STORAGE_MIN: f64 = 1e-18;
+
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Evaluates the mass fluxes under every cell and out of the hot face at a stage, kg/m²/s.
     #[inline(always)]
@@ -112,8 +115,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let density_s2_m2 = molar_kg_k_j / temperature_k;
         let volume_m = R::splat(self.rows.cells[i].width_m) * self.scales.plies[p].thickness * thickness_ratio;
         PoreState {
-            // Lower bound: the pivot of a sealed cell must not vanish.
-            storage: (volume_m * porosity * density_s2_m2).max(R::from_f64(1e-18)),
+            storage: (volume_m * porosity * density_s2_m2).max(R::from_f64(STORAGE_MIN)),
             mobility_s: mobility * density_s2_m2,
             slip_pa: slip * temperature_k,
             inertia_m_pa2: R::from_f64(4.0) * inertia * mobility * mobility * density_s2_m2,
@@ -121,19 +123,18 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     }
 
     /// Pores at the start of a step. Stored mass and pressure, and so their ratio, stay as at the end of the previous
-    /// step: the error of the predicted end temperature enters the next step's expansion, where it cancels. Correcting
-    /// the pressure at once gave an error of first order.
+    /// step, also where the temperature of a held face jumps, and at the start where its first value differs from the
+    /// initial profile: the error of the predicted end temperature enters the next step's expansion, where it cancels.
+    /// Correcting the pressure at once gave an error of first order.
     #[inline(always)]
     fn update_pores(&mut self, step: usize) {
         for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                let held = self.darcy.pores[i].storage;
+                let held = if step > 0 { self.darcy.pores[i].storage } else { self.initial_gas_storage(p, i) };
                 self.gas.mass_fluxes[i] = self.darcy.mean_mass_fluxes[i];
                 self.darcy.pores[i] = self.pore_state(p, i, 0);
-                if step > 0 {
-                    self.darcy.pores[i].storage = held;
-                }
+                self.darcy.pores[i].storage = held;
             }
         }
         self.gas.hot_outflow[0] = self.darcy.mean_hot_outflow;

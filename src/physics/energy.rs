@@ -43,7 +43,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let phases = self.current_phases(p, i);
         let mass_kg_m2 = self.scales.plies[p].mass_kg_m3 * width_m;
-        let lost_kg_m2 = mass_kg_m2 * (R::from_f64(1.0) - self.mass_ratio(p, phases));
+        let lost_kg_m2 = mass_kg_m2 * self.lost_mass_ratio(p, i);
         self.sums.lost_and_stored[0] = self.sums.lost_and_stored[0] + lost_kg_m2;
         let then_j_kg = self.state_enthalpy(p, 0, integral(then, 1));
         let now_j_kg = self.solid_enthalpy(p, phases, now);

@@ -6,6 +6,7 @@
 use super::GAMMA;
 use super::Real;
 use super::compensated::{add_compensated, opaque};
+use super::darcy_flow::STORAGE_MIN;
 use super::member::Member;
 use super::table::{TableSegment, interpolate};
 use crate::layout::GasTransport;
@@ -80,12 +81,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
     /// Gas mass per pressure in a cell at the start, kg/m²/Pa.
     #[inline(always)]
-    fn initial_gas_storage(&self, p: usize, cell: usize) -> R {
+    pub(super) fn initial_gas_storage(&self, p: usize, cell: usize) -> R {
         let start_k = R::splat(self.rows.cells[cell].start_k);
         let molar = interpolate(self.gas_columns(p, self.ply_row(p, start_k)), 2);
         let virgin = self.rows.state_properties[self.plan.plies[p].first_state as usize];
         let volume_m = R::splat(self.rows.cells[cell].width_m) * self.scales.plies[p].thickness;
-        volume_m * R::splat(virgin.porosity) * (molar / start_k)
+        (volume_m * R::splat(virgin.porosity) * (molar / start_k)).max(R::from_f64(STORAGE_MIN))
     }
 
     /// Work of the changing pressure on the gas in a cell's pores at a stage, W/m².

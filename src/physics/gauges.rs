@@ -1,6 +1,7 @@
 //! Readings of the whole layup at an instant.
 
 use super::Real;
+use super::compensated::opaque;
 use super::exponential::logarithm;
 use super::member::Member;
 use super::mixture::degree_of_conversion;
@@ -42,9 +43,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                let density = self.current_mass_ratio(p, i);
+                let lost_ratio = self.lost_mass_ratio(p, i);
+                let density = opaque(R::from_f64(1.0) - lost_ratio);
                 let width_m = R::splat(self.rows.cells[i].width_m);
-                lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * (R::from_f64(1.0) - density);
+                lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * lost_ratio;
                 let here = degree_of_conversion(density, self.scales.plies[p]);
                 let node_m = depth_m + R::splat(self.rows.cells[i].above_m);
                 // Conversion jumps between materials: a front between their nodes lies on the interface.
@@ -72,8 +74,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             back = self.darcy.pressures[last].high;
         }
-        // Linear extrapolation of the mean fluxes of the last two steps to the instant.
-        let flux = R::from_f64(1.5) * self.gas.recent_outflows[1] - R::from_f64(0.5) * self.gas.recent_outflows[0];
+        // Linear extrapolation of the mean fluxes of the last two steps to the instant. The first two records have none
+        // and are read from those that follow.
+        let [before, now] = self.gas.recent_outflows;
+        let (last, earlier) = (step.max(1) - 1, step.max(2) - 2);
+        let [length_s, before_s] = [last, earlier].map(|step| R::splat(self.rows.step_lengths_s[step]));
+        let flux = now + (now - before) * (length_s / (length_s + before_s));
         [flux, lost, virgin_m, char_m, peak, back]
     }
 }

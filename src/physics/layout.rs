@@ -101,6 +101,8 @@ rows! {
         below_m,
         /// Nominal depth below the hot face, m.
         depth_m,
+        /// Initial temperature at the depth, K, where the bead starts; zero where it starts at the reading.
+        start_k,
     }
 
     /// Location of a sensor: the cell above its face, the plies of that cell and the next, and the factor column of its

@@ -86,6 +86,7 @@ pub fn constants() -> Vec<(String, f64)> {
         ("REACTANT_MIN", pyrolysis::REACTANT_MIN),
         ("PRESSURE_GAMMA", darcy_flow::PRESSURE_GAMMA),
         ("CONDUCTANCE_MIN", darcy_flow::CONDUCTANCE_MIN),
+        ("STORAGE_MIN", darcy_flow::STORAGE_MIN),
         ("VIRGIN_CONVERSION", gauges::VIRGIN_CONVERSION),
         ("CHAR_CONVERSION", gauges::CHAR_CONVERSION),
         ("VIRGIN_LOG_ODDS", gauges::VIRGIN_LOG_ODDS),

@@ -70,9 +70,10 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         opaque(density)
     }
 
-    /// Mass of a cell over its virgin mass, from the current advancements.
+    /// Solid mass that a cell has lost over its virgin mass, after the last step. A small loss is accurate, where one
+    /// less the mass ratio in f32 would not be.
     #[inline(always)]
-    pub(super) fn current_mass_ratio(&self, ply: usize, cell: usize) -> R {
+    pub(super) fn lost_mass_ratio(&self, ply: usize, cell: usize) -> R {
         let row = &self.plan.plies[ply];
         let (first, end) = (row.first_reaction as usize, row.end_reaction as usize);
         let place = cell * self.plan.max_reactions;
@@ -82,7 +83,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         {
             lost = lost + done.high * R::constant(reaction.loss);
         }
-        opaque(R::from_f64(1.0) - self.scales.plies[ply].loss * lost)
+        self.scales.plies[ply].loss * lost
     }
 
     /// Emissivity of the ply at a face.

@@ -128,7 +128,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for sensor in 0..sensors {
             let now = self.read_sensor(sensor, step);
             if step == 0 {
+                // Nodes and their fluxes would miss bends of the initial profile, by a kelvin.
+                let start_k = self.rows.sensors[sensor].start_k;
                 self.sensors.beads[sensor] = now;
+                if start_k != R::scalar(0.0) {
+                    self.sensors.beads[sensor] = DoubleWord::single(R::splat(start_k));
+                }
             } else {
                 let weights = self.rows.beads[(step - 1) * sensors + sensor];
                 self.sensors.beads[sensor] =

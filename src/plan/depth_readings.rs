@@ -1,6 +1,6 @@
 //! Readings of the temperature through the thickness, on the cells and steps of a plan.
 
-use super::grid::{locate_sensor, same_depth_m};
+use super::grid::{locate_sensor, same_depth_m, start_reading_k};
 use super::{Plan, held_readings};
 use crate::case::{Case, Sensor, Side};
 use crate::physics::layout::{self, Bead, PlanData, PlanRows, SensorLocation};
@@ -118,7 +118,8 @@ impl Plan {
                 };
                 // Without a part of the way to the face the reading is the node of the cell.
                 let (above, below, above_m, below_m) = (0.0, 0.0, 0.0, 0.0);
-                (location, layout::Sensor { above, below, above_m, below_m, depth_m: sensor.depth_m })
+                let (depth_m, start_k) = (sensor.depth_m, start_reading_k(sensor, &location, case));
+                (location, layout::Sensor { above, below, above_m, below_m, depth_m, start_k })
             }
         };
         let (sensor_locations, sensors): (Vec<_>, Vec<_>) = case.sensors.iter().zip(places).map(locate).unzip();

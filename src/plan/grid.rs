@@ -5,7 +5,7 @@
 //! from the hot face: every reading is second order, and a grid of half the spacing lies on the same curve.
 
 use super::limited_parts::LimitReading;
-use crate::case::{self, Case, Property, Side};
+use crate::case::{self, Case, Face, Property, Side};
 use crate::physics::layout::{Cell, Sensor, SensorLocation};
 
 /// Cells from hot face to back face, the cell range of each ply, and the sensors.
@@ -262,7 +262,19 @@ pub(super) fn locate_sensor(
         end_node: 0,
         faces: 0,
     };
-    (place, Sensor { above, below, above_m, below_m, depth_m })
+    (place, Sensor { above, below, above_m, below_m, depth_m, start_k: start_reading_k(sensor, &place, case) })
+}
+
+/// The initial temperature where the bead of a sensor starts, K. Zero where it starts at its first reading: beads
+/// without lag on held faces, and sensors whose depth is a factor.
+pub(super) fn start_reading_k(sensor: &case::Sensor, place: &SensorLocation<u32>, case: &Case) -> f64 {
+    let exposure = &case.exposure;
+    let faces = [(&exposure.hot_face, case.layup.origin_m), (&exposure.back_face, case.layup.back_m())];
+    let is_held = faces
+        .iter()
+        .any(|(face, depth_m)| matches!(face, Face::Held(_)) && (sensor.depth_m - depth_m).abs() <= same_depth_m(case));
+    let starts_at_reading = place.depth > 0 || (is_held && sensor.time_constant_s == 0.0);
+    if starts_at_reading { 0.0 } else { exposure.initial_temperature_k(sensor.depth_m) }
 }
 
 /// The row of a part with a temperature limit: the highest of some nodes, and of the faces in the rows after it.
@@ -280,7 +292,7 @@ fn locate_part((first, end): (usize, usize), faces: usize) -> (SensorLocation<u3
         end_node: end as u32,
         faces: faces as u32,
     };
-    (place, Sensor { above: 0.0, below: 0.0, above_m: 0.0, below_m: 0.0, depth_m: 0.0 })
+    (place, Sensor { above: 0.0, below: 0.0, above_m: 0.0, below_m: 0.0, depth_m: 0.0, start_k: 0.0 })
 }
 
 /// Number of node-to-node steps that start within `reach_m`, the first at `first_m`.

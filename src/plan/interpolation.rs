@@ -132,6 +132,23 @@ impl RecordInterpolation {
         (Self { times_s, breaks: vec![0, used.len() - 1], stencils }, used)
     }
 
+    /// Replace the records before `known_s` by the parabola through the three that follow in the first segment, or what
+    /// there is of it; where those have one sign, by zero if the parabola has the other.
+    pub(crate) fn extrapolate_start(&self, known_s: f64, records: &mut [f64]) {
+        let close_s = time_tolerance_s(self.times_s[self.times_s.len() - 1]);
+        let known = self.times_s.partition_point(|&time_s| time_s < known_s - close_s);
+        let end = self.breaks.get(1).map_or(0, |&record| record + 1);
+        if known >= end {
+            return;
+        }
+        let used = known..(known + 3).min(end);
+        let one_sign = records[used.clone()].iter().all(|value| value * records[known] >= 0.0);
+        for record in 0..known {
+            let value = value_at(&lagrange_weights(&self.times_s, used.clone(), self.times_s[record]), records);
+            records[record] = if one_sign && value * records[known] < 0.0 { 0.0 } else { value };
+        }
+    }
+
     /// The readings at all instants, from the records of one sensor, into `readings`, one value per instant.
     pub fn interpolate(&self, records: &[f64], readings: &mut [f64]) {
         for (reading, taps) in readings.iter_mut().zip(&self.stencils) {
@@ -447,6 +464,21 @@ mod tests {
         let mut readings = vec![0.0; instants_s.len()];
         RecordInterpolation::new(times_s, corners_s, instants_s).interpolate(&records, &mut readings);
         readings
+    }
+
+    #[test]
+    fn the_first_records_are_those_of_a_parabola_within_the_first_segment_and_keep_their_sign() {
+        let curve = RecordInterpolation::new(&[0.0, 1.0, 3.0, 4.0, 6.0, 7.0], &[6.0], &[]);
+        let extrapolated = |of: fn(f64) -> f64| {
+            let mut records = [9.0, 9.0, of(3.0), of(4.0), of(6.0), 50.0];
+            curve.extrapolate_start(3.0, &mut records);
+            records
+        };
+        let parabola = |t: f64| 2.0 - t + 3.0 * t * t;
+        let found = extrapolated(parabola);
+        let close = |one: f64, other: f64| (one - other).abs() < 1e-12;
+        assert!(close(found[0], parabola(0.0)) && close(found[1], parabola(1.0)), "{found:?}");
+        assert_eq!(extrapolated(|t| t - 2.0)[..2], [0.0, 0.0]);
     }
 
     #[test]

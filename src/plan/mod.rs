@@ -41,7 +41,7 @@ use tables::{Tables, state_count};
 pub(crate) use time_grid::instants_s;
 pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeStepControl};
 
-/// Estimated discretisation error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
+/// Estimated error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
 /// the instants; for other gauges relative to their peak, at every instant and of the peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -54,8 +54,8 @@ pub struct GaugeError {
     pub tolerance: f64,
 }
 
-/// Estimated discretisation errors. A temperature error is the largest at any sensor and in any part with a temperature
-/// limit, at any instant and of any peak, K.
+/// Estimated errors of cells, steps and, in f32, rounding. A temperature error is the largest at any sensor and in any
+/// part with a temperature limit, at any instant and of any peak, K.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -69,6 +69,45 @@ pub struct ErrorEstimate {
     pub corners_k: Option<f64>,
     /// Gauges of the nominal member; empty without decomposition and gas flow.
     pub gauges: Vec<GaugeError>,
+    /// What rounding adds to these errors; `None` in f64.
+    pub rounding: Option<RoundingError>,
+}
+
+/// Errors by rounding in f32: the largest differences to f64, as in [`ErrorEstimate`].
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct RoundingError {
+    /// Of the nominal member, K.
+    pub nominal_k: f64,
+    /// Of the members at corners of the factors' small bounds that complete, K; `None` without factors.
+    pub corners_k: Option<f64>,
+    /// Gauges of the nominal member.
+    pub gauges: Vec<GaugeError>,
+    /// Of the residual of the energy balance of the nominal member, relative to the heat moved.
+    pub energy_balance: f64,
+    /// Of the residual of its mass balance, relative to the mass moved.
+    pub mass_balance: f64,
+}
+
+impl ErrorEstimate {
+    /// Of a march without gauges and other members.
+    #[cfg(feature = "command")]
+    pub(crate) fn of_temperature(nominal_k: f64, tolerance_k: f64) -> Self {
+        Self { tolerance_k, nominal_k, corners_k: None, gauges: Vec::new(), rounding: None }
+    }
+
+    /// Whether most of an error is that of rounding in f32, which finer cells and steps do not reduce.
+    pub(crate) fn is_rounding(&self, error: f64, of: impl Fn(&RoundingError) -> f64) -> bool {
+        self.rounding.as_ref().is_some_and(|rounding| of(rounding) >= 0.5 * error)
+    }
+}
+
+impl RoundingError {
+    /// Of a gauge, in its unit or relative to its peak; zero where it is not recorded.
+    pub(crate) fn of_gauge(&self, gauge: Gauge) -> f64 {
+        self.gauges.iter().find(|found| found.gauge == gauge).map_or(0.0, |found| found.error)
+    }
 }
 
 /// Resolution of a plan in space and time.

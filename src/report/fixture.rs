@@ -112,6 +112,7 @@ fn nominal(strength: f64) -> Prediction {
             nominal_k: 0.031,
             corners_k: Some(0.044),
             gauges: Vec::new(),
+            rounding: None,
         }),
     }
 }

@@ -119,7 +119,10 @@ pub(super) fn discretisation_error(reached: &ErrorEstimate) -> String {
         .map(|gauge| format!("{} {}", gauge_name(gauge.gauge), gauge_error(gauge.gauge, gauge.error)))
         .collect();
     let gauges = if gauges.is_empty() { String::new() } else { format!("; {}", list(&gauges)) };
-    format!("discretisation error: {} nominal{corners}{gauges}", temperature_difference(reached.nominal_k))
+    let rounding = reached.rounding.as_ref().map_or(String::new(), |rounding| {
+        format!(", {} of it by rounding in f32", temperature_difference(rounding.nominal_k))
+    });
+    format!("discretisation error: {} nominal{rounding}{corners}{gauges}", temperature_difference(reached.nominal_k))
 }
 
 /// An error of a gauge in its unit, or in per cent of its peak.

@@ -71,39 +71,39 @@ pub(super) fn march_warnings(case: &Case, outcome: &Prediction, which: &str) -> 
         )),
     }
     if let Some(reached) = outcome.error_estimate.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
+        let [kind, remedy] = match reached.is_rounding(reached.nominal_k, |rounding| rounding.nominal_k) {
+            true => ["rounding error", "march in f64"],
+            false => ["discretisation error", "set cells and steps in [resolution]"],
+        };
         warnings.push(format!(
-            "The discretisation error of the {which} march is {} K, above the tolerance of {} K: set cells and steps \
-             in [resolution].",
+            "The {kind} of the {which} march is {} K, above the tolerance of {} K: {remedy}.",
             format::significant(reached.nominal_k, 2),
             format::significant(reached.tolerance_k, 2)
         ));
     }
-    let gauges = outcome.error_estimate.iter().flat_map(|reached| &reached.gauges);
-    for gauge in gauges.filter(|gauge| gauge.error > gauge.tolerance) {
-        warnings.push(format!(
-            "The discretisation error of the {which} march in {} is {}, above the tolerance of {}.",
-            format::gauge_name(gauge.gauge),
-            format::gauge_error(gauge.gauge, gauge.error),
-            format::gauge_error(gauge.gauge, gauge.tolerance)
-        ));
+    if let Some(reached) = &outcome.error_estimate {
+        for gauge in reached.gauges.iter().filter(|gauge| gauge.error > gauge.tolerance) {
+            let [kind, remedy] = match reached.is_rounding(gauge.error, |rounding| rounding.of_gauge(gauge.gauge)) {
+                true => ["rounding error", ": march in f64"],
+                false => ["discretisation error", ""],
+            };
+            warnings.push(format!(
+                "The {kind} of the {which} march in {} is {}, above the tolerance of {}{remedy}.",
+                format::gauge_name(gauge.gauge),
+                format::gauge_error(gauge.gauge, gauge.error),
+                format::gauge_error(gauge.gauge, gauge.tolerance)
+            ));
+        }
     }
-    let residual = outcome.balance.residual();
-    if residual.abs() > MAX_BALANCE_RESIDUAL {
-        warnings.push(format!(
-            "The energy balance of the {which} march has a relative residual of {}, above the limit of {}: refine \
-             steps or cells.",
-            format::significant(residual, 2),
-            format::significant(MAX_BALANCE_RESIDUAL, 1)
-        ));
-    }
-    let residual = outcome.balance.mass_residual();
-    if residual.abs() > MAX_BALANCE_RESIDUAL {
-        warnings.push(format!(
-            "The mass balance of the {which} march has a relative residual of {}, above the limit of {}: refine steps \
-             or cells.",
-            format::significant(residual, 2),
-            format::significant(MAX_BALANCE_RESIDUAL, 1)
-        ));
+    for (balance, residual, remedy) in outcome.balances() {
+        if residual.abs() > MAX_BALANCE_RESIDUAL {
+            warnings.push(format!(
+                "The {balance} balance of the {which} march has a relative residual of {}, above the limit of {}: \
+                 {remedy}.",
+                format::significant(residual, 2),
+                format::significant(MAX_BALANCE_RESIDUAL, 1)
+            ));
+        }
     }
     warnings
 }

@@ -52,7 +52,7 @@ use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::monitor::Monitor;
 use crate::march::{Backend, March, MarchError, Precision};
-use crate::plan::Plan;
+use crate::plan::{ErrorEstimate, Plan};
 #[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
 #[cfg(feature = "serde")]
@@ -99,6 +99,8 @@ pub struct Session {
     options: Options,
     pool: Option<ThreadPool>,
     marches: Vec<OpenMarch>,
+    /// Of the plan; a march in f32 adds its rounding.
+    discretisation_error: Option<ErrorEstimate>,
     opening: OpeningTime,
     depth_profiles: Option<ProfileInstants>,
     answers: Option<Answers>,
@@ -146,7 +148,9 @@ impl Session {
         let options = options.clone();
         let opening = OpeningTime::default();
         let (marches, depth_profiles, answers) = (Vec::new(), None, None);
-        let mut session = Self { case, plan, options, pool, marches, opening, depth_profiles, answers };
+        let discretisation_error = plan.error_estimate.clone();
+        let mut session =
+            Self { case, plan, options, pool, marches, discretisation_error, opening, depth_profiles, answers };
         // A named device that cannot be opened fails here. With `auto`, each study chooses by its number of members.
         session.open_march(1, session.options.precision)?;
         session.opening = OpeningTime { total: began.elapsed(), plan_s };

@@ -2,9 +2,11 @@
 
 use super::{InputError, Session, SessionError};
 use crate::ensemble::Ensemble;
+use crate::march::backend_selection::{self, BackendOptions};
 use crate::march::monitor::MonitoredMarch;
-use crate::march::{March, Precision, backend_selection, march_all};
-use crate::plan::Plan;
+use crate::march::{March, Precision, march_all};
+use crate::plan::{Plan, RoundingError};
+use crate::study::validity::two_digits;
 use crate::traces::Traces;
 use rayon::ThreadPool;
 
@@ -13,6 +15,8 @@ pub(super) struct OpenMarch {
     precision: Option<Precision>,
     seeks_hardware: bool,
     march: MonitoredMarch,
+    /// In f32.
+    rounding: Option<RoundingError>,
 }
 
 impl Session {
@@ -97,22 +101,50 @@ impl Session {
     ) -> Result<T, SessionError> {
         self.options.cancel.check()?;
         let index = self.open_march(members, precision)?;
-        let (plan, march) = (&self.plan, &mut self.marches[index].march);
+        let OpenMarch { march, rounding, .. } = &mut self.marches[index];
+        self.plan.error_estimate = self.discretisation_error.clone().map(|error| match rounding {
+            Some(rounding) => error.with_rounding(rounding.clone()),
+            None => error,
+        });
+        let plan = &self.plan;
         march.restart();
         in_pool(self.pool.as_ref(), || work(plan, march))
     }
 
     /// The index of the march for a number of members and a precision, which is opened if it is not yet.
     pub(super) fn open_march(&mut self, members: usize, precision: Option<Precision>) -> Result<usize, SessionError> {
-        let choice = backend_selection::BackendOptions { precision, ..self.options.choice() };
+        let choice = BackendOptions { precision, ..self.options.choice() };
         let seeks_hardware = backend_selection::considers_gpu(&choice, &self.plan, members);
         let is_open = |open: &OpenMarch| (open.precision, open.seeks_hardware) == (precision, seeks_hardware);
         if let Some(index) = self.marches.iter().position(is_open) {
             return Ok(index);
         }
-        let march = in_pool(self.pool.as_ref(), || backend_selection::open_extrapolated(&choice, &self.plan, members))?;
-        let march = MonitoredMarch::new(march, self.options.monitor());
-        self.marches.push(OpenMarch { precision, seeks_hardware, march });
+        let (case, plan, pool) = (&self.case, &self.plan, self.pool.as_ref());
+        let open =
+            |choice: &BackendOptions| in_pool(pool, || backend_selection::open_extrapolated(choice, plan, members));
+        let (mut march, mut rounding, mut remark) = (open(&choice)?, None, None);
+        if march.backend().precision == Precision::F32 {
+            rounding = match self.marches.iter().find_map(|open| open.rounding.clone()) {
+                Some(known) => Some(known),
+                None => in_pool(pool, || RoundingError::measure(case, plan))?,
+            };
+            let too_large = rounding.as_ref().filter(|rounding| precision.is_none() && !rounding.is_small(plan));
+            let double = BackendOptions { precision: Some(Precision::F64), ..choice.clone() };
+            // A device without f64 marches in f32, and the error is reported.
+            if let Some(found) = too_large
+                && let Ok(opened) = open(&double)
+            {
+                remark = Some(format!(
+                    "Marched in f64: rounding in f32 would change the nominal march by up to {} K and its mass balance \
+                     by {} %.",
+                    two_digits(found.nominal_k),
+                    two_digits(100.0 * found.mass_balance)
+                ));
+                (march, rounding) = (opened, None);
+            }
+        }
+        let march = MonitoredMarch::new(march, self.options.monitor()).with_remark(remark);
+        self.marches.push(OpenMarch { precision, seeks_hardware, march, rounding });
         Ok(self.marches.len() - 1)
     }
 }

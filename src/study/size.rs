@@ -18,6 +18,7 @@ use crate::adapt::{adapt_monitored, checked_at_members};
 use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{March, MarchError};
+use crate::plan::ErrorEstimate;
 use crate::traces::MemberStatus;
 use scalable_case::with_scaled_plies;
 use thickness_march::guess_thickness_m;
@@ -77,6 +78,8 @@ pub struct Sizing {
     pub still_warming: bool,
     /// Independent Monte Carlo at the thickness found; `None` where none was found.
     pub check: Option<IndependentCheck>,
+    /// Estimated error of the nominal march at the case's and at the required thickness.
+    pub error_estimate: Option<ErrorEstimate>,
     /// Members marched, including the check.
     pub marches: usize,
 }
@@ -236,10 +239,13 @@ pub(crate) fn size_from(
         let thickness_m = required_quantile(&found.required, demand.probability).sort_key_m().min(sizing.within_m.1);
         let at_answer = scalable.nominal_member(thickness_m);
         let checked = checked_at_members(&scalable.case, &plan, &at_answer, &march.monitor())?;
-        if !checked.is_adapted_anew || adaptations == MAX_ADAPTATIONS {
+        if checked.is_adapted_anew && adaptations == MAX_ADAPTATIONS {
             break (sizing, found);
         }
         plan = checked.plan;
+        if !checked.is_adapted_anew {
+            break (sizing, found);
+        }
         adaptations += 1;
     };
     let mut trial = ThicknessMarch { scalable: &scalable, plan: &plan, march, log, marches };
@@ -261,6 +267,7 @@ pub(crate) fn size_from(
     let rungs: Vec<PeakCurvePoint> = rungs.collect();
 
     let ThicknessMarch { march, mut marches, .. } = trial;
+    let error_estimate = plan.error_estimate.clone();
     let plies = &scalable.plies;
     let mut still_warming = curve[curve.len() - 1].1.time_s >= case.exposure.duration_s;
     let mut checked = None;
@@ -285,6 +292,7 @@ pub(crate) fn size_from(
         density_kg_m3: mass_kg_m2(case, plies, drawn_m) / drawn_m,
         still_warming,
         check: checked,
+        error_estimate,
         marches,
         requirement: demand.clone(),
     })

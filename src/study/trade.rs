@@ -18,6 +18,7 @@ use super::uncertainty::{Failure, Sweep};
 use super::work_log::WorkLog;
 use crate::case::{Case, Material};
 use crate::march::March;
+use crate::plan::ErrorEstimate;
 use layup_sizing::{PreparedExposure, size_layup};
 use mass_derivatives::mass_derivatives;
 use rank_changes::rank_changes;
@@ -101,6 +102,9 @@ pub struct SizedLayup {
     pub table_ends: Vec<TableEnd>,
     /// Its rank; `None` where no allowed thickness suffices.
     pub rank: Option<Rank>,
+    /// Estimated error of the nominal march at the case's and at the required thickness, under the exposure where it is
+    /// largest.
+    pub error_estimate: Option<ErrorEstimate>,
 }
 
 /// The table of a property that ends below the temperatures met.

@@ -3,7 +3,7 @@
 use super::nominal::Prediction;
 use super::uncertainty::failure_reason;
 use crate::case::Case;
-use crate::plan::{ErrorEstimate, GaugeError};
+use crate::plan::{ErrorEstimate, GaugeError, RoundingError};
 
 /// Largest acceptable relative residual of the energy and mass balances.
 pub const MAX_BALANCE_RESIDUAL: f64 = 1e-3;
@@ -17,42 +17,58 @@ impl Prediction {
         let failed = failure_reason(case, &self.status).map(|reason| format!("failed: {reason}"));
         let inaccurate = || {
             let discretisation = self.error_estimate.as_ref().and_then(discretisation_failure);
-            let balance = discretisation.or_else(|| balance_failure("energy", self.balance.residual()));
-            let reason = balance.or_else(|| balance_failure("mass", self.balance.mass_residual()))?;
+            let reason = discretisation.or_else(|| self.balances().into_iter().find_map(balance_failure))?;
             Some(format!("cannot be used: {reason}"))
         };
         failed.or_else(inaccurate)
     }
+
+    /// The energy and the mass balance: name, relative residual, and what makes it smaller.
+    pub(crate) fn balances(&self) -> [(&'static str, f64, &'static str); 2] {
+        let remedy = |residual: f64, of: fn(&RoundingError) -> f64| {
+            let reached = self.error_estimate.as_ref();
+            let is_rounding = reached.is_some_and(|reached| reached.is_rounding(residual.abs(), of));
+            if is_rounding { "march in f64" } else { "refine steps or cells" }
+        };
+        let (energy, mass) = (self.balance.residual(), self.balance.mass_residual());
+        [
+            ("energy", energy, remedy(energy, |rounding| rounding.energy_balance)),
+            ("mass", mass, remedy(mass, |rounding| rounding.mass_balance)),
+        ]
+    }
 }
 
 /// Why an estimated discretisation error makes the result of a march useless, if it does.
-pub(super) fn discretisation_failure(reached: &ErrorEstimate) -> Option<String> {
+pub(crate) fn discretisation_failure(reached: &ErrorEstimate) -> Option<String> {
     let is_above = |error: f64, tolerance: f64| error.is_nan() || error > UNUSABLE_MULTIPLE * tolerance;
     let gauge = |gauge: &&GaugeError| is_above(gauge.error, gauge.tolerance);
-    let quantity = if is_above(reached.nominal_k, reached.tolerance_k) {
+    let of = |is_rounding| if is_rounding { "rounding error" } else { "discretisation error" };
+    let (quantity, is_rounding) = if is_above(reached.nominal_k, reached.tolerance_k) {
+        let is_rounding = reached.is_rounding(reached.nominal_k, |rounding| rounding.nominal_k);
         let (error, tolerance) = (two_digits(reached.nominal_k), two_digits(reached.tolerance_k));
-        format!(
-            "its discretisation error is {error} K, more than {UNUSABLE_MULTIPLE} times the tolerance of {tolerance} K"
-        )
+        let times = format!("more than {UNUSABLE_MULTIPLE} times the tolerance of {tolerance} K");
+        (format!("its {} is {error} K, {times}", of(is_rounding)), is_rounding)
     } else {
         let found = reached.gauges.iter().find(gauge)?;
+        let is_rounding = reached.is_rounding(found.error, |rounding| rounding.of_gauge(found.gauge));
         let ratio = two_digits(found.error / found.tolerance);
-        format!("its discretisation error in {} is {ratio} times the tolerance", found.gauge.name())
+        (format!("its {} in {} is {ratio} times the tolerance", of(is_rounding), found.gauge.name()), is_rounding)
     };
-    Some(format!("{quantity}: no affordable cells and steps resolve it"))
+    let remedy = if is_rounding { "march in f64" } else { "no affordable cells and steps resolve it" };
+    Some(format!("{quantity}: {remedy}"))
 }
 
-fn balance_failure(balance: &str, residual: f64) -> Option<String> {
+fn balance_failure((balance, residual, remedy): (&str, f64, &str)) -> Option<String> {
     let limit = UNUSABLE_MULTIPLE * MAX_BALANCE_RESIDUAL;
     let is_off = residual.is_nan() || residual.abs() > limit;
     is_off.then(|| {
         let percent = two_digits(100.0 * residual);
-        format!("its {balance} balance is off by {percent} %, more than {} %: refine steps or cells", 100.0 * limit)
+        format!("its {balance} balance is off by {percent} %, more than {} %: {remedy}", 100.0 * limit)
     })
 }
 
 /// A number to two significant digits.
-fn two_digits(value: f64) -> String {
+pub(crate) fn two_digits(value: f64) -> String {
     if !value.is_finite() {
         return if value.is_nan() { "unknown".to_owned() } else { "unbounded".to_owned() };
     }
@@ -67,7 +83,7 @@ mod tests {
 
     fn estimate(nominal_k: f64, front_m: f64) -> ErrorEstimate {
         let front = GaugeError { gauge: Gauge::CharFront, error: front_m, tolerance: 1e-4 };
-        ErrorEstimate { tolerance_k: 0.05, nominal_k, corners_k: None, gauges: vec![front] }
+        ErrorEstimate { tolerance_k: 0.05, nominal_k, corners_k: None, gauges: vec![front], rounding: None }
     }
 
     #[test]
@@ -76,14 +92,24 @@ mod tests {
         let reason = |nominal_k, front_m| discretisation_failure(&estimate(nominal_k, front_m)).expect("a reason");
         assert!(reason(240.0, 0.0).starts_with("its discretisation error is 240 K, more than 10 times the tolerance"));
         assert!(reason(f64::INFINITY, 0.0).starts_with("its discretisation error is unbounded K"));
+        let rounding = RoundingError {
+            nominal_k: 2.0,
+            corners_k: None,
+            gauges: Vec::new(),
+            energy_balance: 0.0,
+            mass_balance: 0.0,
+        };
+        let single = ErrorEstimate { rounding: Some(rounding), ..estimate(2.01, 0.0) };
+        let text = "its rounding error is 2 K, more than 10 times the tolerance of 0.05 K: march in f64";
+        assert_eq!(discretisation_failure(&single).as_deref(), Some(text));
         assert!(reason(0.0, 2e-3).starts_with("its discretisation error in char_front_m is 20 times the tolerance"));
     }
 
     #[test]
     fn a_balance_off_by_more_than_a_hundredth_is_a_failure() {
-        assert_eq!(balance_failure("energy", -9e-3), None);
-        let reason = balance_failure("energy", 0.22).expect("a reason");
+        assert_eq!(balance_failure(("energy", -9e-3, "")), None);
+        let reason = balance_failure(("energy", 0.22, "refine steps or cells")).expect("a reason");
         assert_eq!(reason, "its energy balance is off by 22 %, more than 1 %: refine steps or cells");
-        assert!(balance_failure("mass", f64::NAN).is_some());
+        assert!(balance_failure(("mass", f64::NAN, "")).is_some());
     }
 }

@@ -67,7 +67,7 @@ def integrate(case: Case, refinement: float, tolerance: float, times_s: Array, w
 
     absolute = np.full(heat.size, tolerance)
     for reacting in heat.reacting:
-        absolute[reacting.index] = 2e-3 * tolerance
+        absolute[reacting.index] = 2e-4 * tolerance
 
     def readings(t: Array, states: Array, temperature: Array) -> dict[str, Array]:
         """Readings of all sensors at several times."""

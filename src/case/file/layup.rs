@@ -4,7 +4,7 @@ use super::property::keyword;
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
 use crate::case::error::ReadResult;
-use crate::case::layup::{DEPTH_TOLERANCE_M, rounded_mm};
+use crate::case::layup::rounded_mm;
 use crate::case::pyrometer_driver::ObservedFace;
 use crate::case::suggestion::suggestion;
 use crate::case::unit::{Dimension, parse_quantity};
@@ -247,7 +247,7 @@ fn depth_below_ply_m(written: ValueReader<'_>, layup: Option<&Layup>) -> ReadRes
     Ok(layup.faces_m()[ply])
 }
 
-/// A depth within the layup, moved onto a face within a micrometre.
+/// A depth within the layup, moved onto a close face.
 fn snapped_depth_m(depth_m: f64, written: ValueReader<'_>, layup: Option<&Layup>) -> ReadResult<f64> {
     layup.map_or(Ok(depth_m), |layup| written.require(layup.checked_depth_m(depth_m)))
 }
@@ -264,7 +264,7 @@ pub(super) fn held_face_depth_m(written: ValueReader<'_>, layup: &Layup, sensors
         let hint = suggestion(text, known);
         return Err(written.error(format!("expected a sensor or a depth, found {text:?}{hint}")));
     };
-    if depth_m >= layup.back_m() - DEPTH_TOLERANCE_M {
+    if depth_m >= layup.back_m() - layup.close_to_back_m() {
         let [depth, back] = [depth_m, layup.back_m()].map(rounded_mm);
         return Err(written.error(format!("expected a depth above the back face at {back} mm, found {depth} mm")));
     }

@@ -17,6 +17,9 @@ struct DiscretisationError {
     tolerance_k: f64,
     nominal_k: f64,
     corners_k: Option<f64>,
+    /// What rounding in f32 adds to the nominal error; absent in f64.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rounding_k: Option<f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     gauges: BTreeMap<&'static str, GaugeError>,
 }
@@ -38,6 +41,7 @@ impl DiscretisationError {
             tolerance_k: reached.tolerance_k,
             nominal_k: reached.nominal_k,
             corners_k: reached.corners_k,
+            rounding_k: reached.rounding.as_ref().map(|rounding| rounding.nominal_k),
             gauges: gauges.collect(),
         }
     }

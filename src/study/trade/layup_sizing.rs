@@ -5,7 +5,7 @@ use crate::adapt::{adapt_monitored, checked_at_members};
 use crate::case::{Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
-use crate::plan::Plan;
+use crate::plan::{ErrorEstimate, Plan};
 use crate::study::margins::quantile_rank;
 use crate::study::proportion::quantile_ranks_95;
 use crate::study::size::{
@@ -57,6 +57,7 @@ pub(super) fn size_layup(
         let mut sized = size_on_plans(candidate, exposures, march, requirement, drawn, log)?;
         marches += sized.marches;
         sized.marches = marches;
+        sized.layup.error_estimate = largest_error(exposures);
         if adaptations == MAX_ADAPTATIONS {
             return Ok(sized);
         }
@@ -69,10 +70,16 @@ pub(super) fn size_layup(
             *plan = checked.plan;
         }
         if !is_adapted_anew {
+            sized.layup.error_estimate = largest_error(exposures);
             return Ok(sized);
         }
         adaptations += 1;
     }
+}
+
+fn largest_error(exposures: &[PreparedExposure]) -> Option<ErrorEstimate> {
+    let estimates = exposures.iter().filter_map(|exposure| exposure.plan.error_estimate.as_ref());
+    estimates.max_by(|one, other| one.nominal_k.total_cmp(&other.nominal_k)).cloned()
 }
 
 /// The thickness that each member requires under all exposures: that of the exposure that requires most at nominal
@@ -152,6 +159,7 @@ fn size_on_plans(
         still_warming: false,
         table_ends: Vec::new(),
         rank: None,
+        error_estimate: None,
     };
     let mut found = LayupSizing { layup, governing, marches };
     found.add_nominal_march(exposures, march)?;

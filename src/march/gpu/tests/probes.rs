@@ -404,12 +404,13 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
         },
         Probe {
             body: "let r = interface_temperature(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), x[4], x[5], x[6],
-                       Sensor(x[7], x[8], x[9], x[10], 0.0)); y[0] = r.high; y[1] = r.low;",
+                       Sensor(x[7], x[8], x[9], x[10], 0.0, 0.0)); y[0] = r.high; y[1] = r.low;",
             inputs: vec![hot, low, hot, low, k, k, (100.0, 1000.0), (0.0, 1.0), (0.0, 1.0), (1e-5, 1e-4), (1e-5, 1e-4)],
             outputs: 2,
             twin: |x, _, y| {
                 let none = W::scalar(0.0);
-                let sensor = Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10], depth_m: none };
+                let sensor =
+                    Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10], depth_m: none, start_k: none };
                 let r = interface_temperature(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
                 put(y, &[r.high, r.low()]);
             },

@@ -1,0 +1,80 @@
+//! Rounding in single precision, measured: the difference of a march in f32 from one in f64 of the same members on the
+//! same plan.
+//!
+//! Rounding depends on the layup more than on its size: metal foils, slow reactions and small losses of mass are
+//! sensitive to it. No bound that is tight enough is known beforehand, and the measurement takes two marches.
+
+use super::error_estimate::{OutputErrors, largest_difference_k};
+use super::{DEFAULT_TOLERANCE_K, corners};
+use crate::case::{Bounds, Case};
+use crate::ensemble::Ensemble;
+use crate::march::cpu::Cpu;
+use crate::march::richardson::march_extrapolated;
+use crate::march::{MarchError, Precision};
+use crate::plan::{ErrorEstimate, Plan, RoundingError};
+use crate::traces::{Balance, MemberStatus};
+
+/// Members, nominal and at corners: one SIMD group in f64.
+const MEMBERS: usize = 8;
+/// Largest share of a tolerance for which f32 is taken unasked.
+const ACCEPTED_SHARE: f64 = 0.2;
+/// Tolerance of rounding in a residual of a balance: the largest residual without a warning.
+const BALANCE_TOLERANCE: f64 = 1e-3;
+
+impl RoundingError {
+    /// Measured at nominal factors and at corners of the factors' small bounds. `None` where the nominal march does not
+    /// complete in f64.
+    ///
+    /// # Errors
+    /// As [`March::march`](crate::march::March::march); the CPU does not fail.
+    pub(crate) fn measure(case: &Case, plan: &Plan) -> Result<Option<Self>, MarchError> {
+        let mut values = Ensemble::nominal(&case.factors).member(0);
+        if !case.factors.is_empty() {
+            let corners = corners(case, Bounds::Small);
+            values.extend((0..MEMBERS - 1).flat_map(|corner| corners.member(corner)));
+        }
+        let members = Ensemble::from_values(case.factors.len(), values);
+        let march = |precision| march_extrapolated(&mut Cpu::new(precision), plan, &members, 0..members.len());
+        let (single, double) = (march(Precision::F32)?, march(Precision::F64)?);
+        if double.statuses[0] != MemberStatus::Completed {
+            return Ok(None);
+        }
+        let tolerance_k = tolerance_k(plan);
+        let nominal = OutputErrors::member_difference(&single, &double, 0, tolerance_k);
+        let completed = (1..members.len()).filter(|&corner| double.statuses[corner] == MemberStatus::Completed);
+        let residual = |of: fn(&Balance) -> f64| (of(&single.balances[0]) - of(&double.balances[0])).abs();
+        Ok(Some(Self {
+            nominal_k: nominal.temperature_k,
+            corners_k: completed.map(|corner| largest_difference_k(&single, &double, corner)).reduce(f64::max),
+            gauges: nominal.gauges,
+            energy_balance: residual(Balance::residual),
+            mass_balance: residual(Balance::mass_residual),
+        }))
+    }
+
+    /// Whether results in f32 are as good as the tolerance of a plan asks for.
+    pub(crate) fn is_small(&self, plan: &Plan) -> bool {
+        let of_temperature = self.nominal_k.max(self.corners_k.unwrap_or(0.0)) / tolerance_k(plan);
+        let of_balances = self.energy_balance.max(self.mass_balance) / BALANCE_TOLERANCE;
+        let of_gauges = self.gauges.iter().map(|gauge| gauge.error / gauge.tolerance);
+        of_gauges.fold(of_temperature.max(of_balances), f64::max) <= ACCEPTED_SHARE
+    }
+}
+
+/// The tolerance beside which errors are stated, K.
+fn tolerance_k(plan: &Plan) -> f64 {
+    plan.error_estimate.as_ref().map_or(DEFAULT_TOLERANCE_K, |reached| reached.tolerance_k)
+}
+
+impl ErrorEstimate {
+    /// The estimate of a march in f32.
+    pub(crate) fn with_rounding(mut self, rounding: RoundingError) -> Self {
+        self.nominal_k += rounding.nominal_k;
+        self.corners_k = self.corners_k.map(|error_k| error_k + rounding.corners_k.unwrap_or(0.0));
+        for (gauge, rounding) in self.gauges.iter_mut().zip(&rounding.gauges) {
+            gauge.error += rounding.error;
+        }
+        self.rounding = Some(rounding);
+        self
+    }
+}
