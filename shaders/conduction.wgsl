@@ -6,6 +6,7 @@ struct Node {
     conductivity: real,
     slope: real,
     capacity: real,
+    conductivity_integral: array<real, 3>,
     gas_enthalpy_j_kg: real,
     gas_heat_capacity: real,
 }
@@ -37,9 +38,30 @@ alias NodeColumn = array<real, NODE_CELLS>;
 var<COLUMNS> conductivities: Column;
 var<COLUMNS> slopes: NodeColumn;
 var<COLUMNS> stage_capacities: NodeColumn;
+var<COLUMNS> conductivity_integrals: array<array<real, 3>, STEEP_CELLS>;
 
 fn subtract_advection(conductivity_slopes: array<real, 2>, advection: array<real, 2>) -> array<real, 2> {
     return array<real, 2>(conductivity_slopes[0] - advection[0], conductivity_slopes[1] - advection[1]);
+}
+
+fn integrated_conductance(
+    here: Node,
+    next: Node,
+    drop: real,
+    half_over_next_1_m: real,
+    by_mean: array<real, 3>,
+) -> array<real, 3> {
+    let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
+    var conductance = by_mean[0];
+    if here.conductivity_integral[1] != next.conductivity_integral[1] {
+        conductance = (here.conductivity_integral[0] - next.conductivity_integral[0]) / drop * over_next_1_m;
+    }
+    if here.conductivity_integral[2] < 0x1p-126 {
+        return array<real, 3>(conductance, by_mean[1], by_mean[2]);
+    }
+    let slope = here.conductivity_integral[2] * over_next_1_m - conductance;
+    let next_slope = conductance - next.conductivity_integral[2] * over_next_1_m;
+    return array<real, 3>(conductance, slope, next_slope);
 }
 
 fn no_flux() -> InteriorFaceFlux {
@@ -86,6 +108,9 @@ fn mixture_properties(p: u32, i: u32, step: u32, stage: u32) {
     conductivities[i] = here.conductivity;
     slopes[i] = here.slope;
     stage_capacities[i] = cells[i].width_m * here.heat_capacity;
+    if STEEP_CONDUCTIVITIES {
+        conductivity_integrals[i] = array<real, 3>(0.0, 0.0, 0.0);
+    }
     if reads_gas_tables(stage) {
         gas_enthalpy(i, gas_columns(p, row));
     }
@@ -119,6 +144,14 @@ fn single_substance_properties(p: u32, ply: PlyProperties, i: u32, stage: u32) -
         gas_enthalpy(i, gas_columns(p, row));
     }
     let here = solid_properties(row, ply.parts, scale, stage == 0u);
+    if STEEP_CONDUCTIVITIES {
+        conductivity_integrals[i] = array<real, 3>(0.0, 0.0, 0.0);
+        if ply.location.conductivity_integral > 0u {
+            let integrated = first_integral(row, ply.location.conductivity_integral);
+            conductivity_integrals[i] =
+                array<real, 3>(scale.solid * integrated[0], integrated[1], scale.solid * integrated[2]);
+        }
+    }
     return SolidProperties(here.conductivity, here.slope, cells[i].width_m * (density_kg_m3 * here.heat_capacity));
 }
 
@@ -132,11 +165,16 @@ fn node(p: u32, ply: PlyProperties, i: u32, stage: u32) -> Node {
         if stage == 0u {
             conductivities[i] = here.conductivity;
         }
-        return Node(temperature, by, here.conductivity, here.slope, here.heat_capacity, 0.0, 0.0);
+        let none = array<real, 3>(0.0, 0.0, 0.0);
+        return Node(temperature, by, here.conductivity, here.slope, here.heat_capacity, none, 0.0, 0.0);
     }
-    var node = Node(temperature, by, conductivities[i], 0.0, stage_capacities[i], 0.0, 0.0);
+    let none = array<real, 3>(0.0, 0.0, 0.0);
+    var node = Node(temperature, by, conductivities[i], 0.0, stage_capacities[i], none, 0.0, 0.0);
     if stage == 0u {
         node.slope = slopes[i];
+    }
+    if STEEP_CONDUCTIVITIES {
+        node.conductivity_integral = conductivity_integrals[i];
     }
     if GAS {
         node.gas_enthalpy_j_kg = stage_gas_enthalpy(i, stage);
@@ -147,12 +185,18 @@ fn node(p: u32, ply: PlyProperties, i: u32, stage: u32) -> Node {
 
 fn flux_within_ply(cell: u32, here: Node, next: Node, stage: u32) -> InteriorFaceFlux {
     let half_over_next_1_m = cells[cell].half_over_next_1_m;
-    let conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
+    var conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
     let drop = difference(here.temperature, next.temperature);
     var conductivity_slopes = array<real, 2>(0.0, 0.0);
     if stage == 0u {
         let gain = half_over_next_1_m * drop;
         conductivity_slopes = array<real, 2>(here.slope * gain, next.slope * gain);
+    }
+    if STEEP_CONDUCTIVITIES {
+        let by_mean = array<real, 3>(conductance, conductivity_slopes[0], conductivity_slopes[1]);
+        let integrated = integrated_conductance(here, next, drop, half_over_next_1_m, by_mean);
+        conductance = integrated[0];
+        conductivity_slopes = array<real, 2>(integrated[1], integrated[2]);
     }
     return interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage);
 }

@@ -50,6 +50,17 @@ fn integral(table_segment: TableSegment, property: u32) -> real {
     return integrated[0] + TABLE_STEP_K * table_segment.fraction * mean;
 }
 
+fn first_integral(table_segment: TableSegment, at: u32) -> array<real, 3> {
+    let pair = column_pair(table_segment, 0u);
+    let columns = column_offset(table_segment, at);
+    let mean = pair[0] + 0.5 * table_segment.fraction * pair[1];
+    return array<real, 3>(
+        column_pair(columns, 0u)[0] + TABLE_STEP_K * table_segment.fraction * mean,
+        column_pair(columns, 1u)[0],
+        interpolate(columns, 2u),
+    );
+}
+
 fn rise_by_enthalpy(
     temperature_k: real,
     predicted_k: real,

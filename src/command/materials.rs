@@ -10,7 +10,7 @@ use crate::command::args::{
 };
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::run::print_renamed_keys;
-use crate::plan::advances_enthalpy;
+use crate::plan::{advances_enthalpy, integrates_conductivity};
 use crate::report::files;
 use crate::report::materials;
 use crate::study::run_record::utc_date;
@@ -97,9 +97,12 @@ fn write(
 
 /// What a march makes of a material.
 fn summary(material: &Material) -> String {
-    let text = materials::summary(material);
-    if !advances_enthalpy(material) {
-        return text;
+    let mut text = materials::summary(material);
+    if advances_enthalpy(material) {
+        text += "  c_p is steep: steps advance the enthalpy, so that no peak is passed over\n";
     }
-    text + "  c_p is steep: steps advance the enthalpy, so that no peak is passed over\n"
+    if integrates_conductivity(material) {
+        text += "  k is steep: heat flows by differences of its integral\n";
+    }
+    text
 }

@@ -12,9 +12,9 @@ use super::member::Member;
 use super::mixture::{conductivity_divisor, mixture_sums, state_change};
 use super::state::{CellProperties, Mixture};
 use super::surface_flux::{SurfaceFlux, surface_flux};
-use super::table::{column_offset, integral, interpolate, row_segment, table_index};
+use super::table::{column_offset, first_integral, integral, interpolate, row_segment, table_index};
 use crate::layout::GasTransport;
-use crate::layout::{BoundaryForcing, Cell, ENTHALPY_COLUMNS, GAS_COLUMNS};
+use crate::layout::{BoundaryForcing, Cell, ENTHALPY_COLUMNS, GAS_COLUMNS, STEEP_COLUMNS};
 use std::ops::Range;
 
 /// A cell at a stage, as its two interior faces see it.
@@ -24,6 +24,9 @@ pub(super) struct Node<R: Real> {
     /// Temperature increment of the first stage, K; zero at the first stage.
     pub(super) increment: R,
     pub(super) properties: CellProperties<R>,
+    /// Integral of the conductivity, W/m, the position of its table row, and its upper bound, W/m/K; zero where the
+    /// conductivity is not integrated.
+    pub(super) conductivity_integral: [R; 3],
     /// Enthalpy of its gas (J/kg) and the slope of the enthalpy (J/kg/K).
     pub(super) gas_enthalpy_j_kg: R,
     pub(super) gas_heat_capacity: R,
@@ -54,6 +57,7 @@ pub(super) struct NodeColumns<'a, R: Real> {
     temperatures: &'a [DoubleWord<R>],
     first_increments: &'a [R],
     properties: &'a [CellProperties<R>],
+    conductivity_integrals: &'a [[R; 3]],
     gas_enthalpies_j_kg: &'a [R],
     gas_heat_capacities: &'a [R],
     /// Whether the second stage extrapolates the gas enthalpies.
@@ -64,6 +68,40 @@ pub(super) struct NodeColumns<'a, R: Real> {
 #[inline(always)]
 fn subtract_advection<R: Real>(conductivity_slopes: [R; 2], advection: [R; 2]) -> [R; 2] {
     [conductivity_slopes[0] - advection[0], conductivity_slopes[1] - advection[1]]
+}
+
+/// Conductance between two nodes of a ply and its slopes by their temperatures, W/m²/K, from the integral of the
+/// conductivity between the temperatures where these lie in different rows of the table: the flux is then a difference
+/// of integrals (Kirchhoff's transformation; Carslaw and Jaeger, 1959, section 1.6), and counts a jump of the
+/// conductivity where it lies between the nodes. Within a row the mean of both is exact, and has no difference of large
+/// numbers.
+///
+/// The slopes are those of the upper bounds of both conductivities: a cell that passes a jump of the conductivity
+/// within a step would overshoot by hundreds of kelvin with the slope of the smaller one.
+#[inline(always)]
+fn integrated_conductance<R: Real>(
+    here: Node<R>,
+    next: Node<R>,
+    drop: R,
+    half_over_next_1_m: R::Constant,
+    by_mean: [R; 3],
+) -> [R; 3] {
+    let ([integral, position, most], [next_integral, next_position, next_most]) =
+        (here.conductivity_integral, next.conductivity_integral);
+    let is_same = position.ge_mask(next_position) * next_position.ge_mask(position);
+    let is_apart = R::from_f64(1.0) - is_same;
+    let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
+    let between = (integral - next_integral) / (drop * is_apart + is_same) * over_next_1_m;
+    let conductance = is_same * by_mean[0] + is_apart * between;
+    // In a ply whose conductivity is not integrated the bounds are zero.
+    let is_integrated = most.ge_mask(R::from_f64(f64::from(f32::MIN_POSITIVE)));
+    let slope = most * over_next_1_m - conductance;
+    let next_slope = conductance - next_most * over_next_1_m;
+    [
+        conductance,
+        is_integrated * slope + (R::from_f64(1.0) - is_integrated) * by_mean[1],
+        is_integrated * next_slope + (R::from_f64(1.0) - is_integrated) * by_mean[2],
+    ]
 }
 
 /// Zero flux: below the last cell.
@@ -131,8 +169,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         // Constant bounds of the row: the reads below need no bounds check.
         let location = plan.tables[p];
         let advances_enthalpy = location.enthalpy_search_span > 0;
+        let integral_column = location.conductivity_integral as usize;
         let columns = 2 * plan.properties()
             + if GAS { GAS_COLUMNS } else { 0 }
+            + if integral_column > 0 { STEEP_COLUMNS } else { 0 }
             + if advances_enthalpy { ENTHALPY_COLUMNS } else { 0 };
         let tables = &self.rows.tables[..];
         let table = &tables[location.offset as usize..];
@@ -154,6 +194,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let conductivity_scale = own[0].conductivity;
         let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
         let risen = &mut self.reactions.enthalpy_rises[of_states];
+        let integrals =
+            &mut self.thermal.conductivity_integrals[if integral_column > 0 { cells.clone() } else { 0..0 }];
         // Row offsets of all cells first, then the reads: otherwise each read waits for its own offset (time ratio 0.93
         // in f64 and 0.83 in f32).
         let offsets = &mut self.thermal.row_offsets[..rows.len()];
@@ -191,6 +233,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let here = solid_properties(row, parts, scale, with_slope);
             let capacity = density_kg_m3 * here.heat_capacity * R::constant(rows[i].width_m);
             matter[i].set(here.conductivity, here.slope, capacity, stage);
+            if integral_column > 0 {
+                let [integral, position, most] = first_integral(row, integral_column);
+                integrals[i] = [scale.solid * integral, position, scale.solid * most];
+            }
             if reads_gas {
                 [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(column_offset(row, plan.properties()));
             }
@@ -219,10 +265,13 @@ impl<R: Real> NodeColumns<'_, R> {
                 gas_enthalpy_j_kg = gas_enthalpy_j_kg + gas_heat_capacity * increment;
             }
         }
+        let conductivity_integral =
+            if self.conductivity_integrals.is_empty() { [zero; 3] } else { self.conductivity_integrals[i] };
         Node {
             temperature: if stage == 0 { start } else { add_unnormalized(start, increment) },
             increment: if stage == 0 { zero } else { increment },
             properties: self.properties[i],
+            conductivity_integral,
             gas_enthalpy_j_kg,
             gas_heat_capacity,
         }
@@ -234,11 +283,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn node_columns(&self, cells: Range<usize>) -> NodeColumns<'_, R> {
         let of_gas = if GAS { cells.clone() } else { 0..0 };
+        let steep = if self.plan.has_steep_conductivities { cells.clone() } else { 0..0 };
         NodeColumns {
             cells: &self.rows.cells[cells.clone()],
             temperatures: &self.thermal.temperatures[cells.clone()],
             first_increments: &self.thermal.first_increments[cells.clone()][..cells.len()],
             properties: &self.thermal.properties[cells.clone()][..cells.len()],
+            conductivity_integrals: &self.thermal.conductivity_integrals[steep],
             gas_enthalpies_j_kg: &self.gas.enthalpies_j_kg[of_gas.clone()],
             gas_heat_capacities: &self.gas.heat_capacities[of_gas],
             extrapolates_gas: !self.reads_gas_tables(1),
@@ -255,13 +306,22 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         half_over_next_1_m: R::Constant,
         stage: usize,
     ) -> InteriorFaceFlux<R> {
-        let conductance =
+        let mut conductance =
             conductance_within(here.properties.conductivity, next.properties.conductivity, half_over_next_1_m);
         let drop = difference(here.temperature, next.temperature);
         let mut conductivity_slopes = [R::from_f64(0.0); 2];
         if stage == 0 {
             let gain = drop * half_over_next_1_m;
             conductivity_slopes = [here.properties.slope_or_capacity * gain, next.properties.slope_or_capacity * gain];
+        }
+        if self.plan.has_steep_conductivities {
+            [conductance, conductivity_slopes[0], conductivity_slopes[1]] = integrated_conductance(
+                here,
+                next,
+                drop,
+                half_over_next_1_m,
+                [conductance, conductivity_slopes[0], conductivity_slopes[1]],
+            );
         }
         self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)
     }

@@ -140,6 +140,9 @@ rows! {
         /// Buckets of the directory in a table step, and the last bucket; without a directory rows.
         buckets_per_step,
         last_bucket,
+        /// The property of a row that is the integral of the conductivity; zero where fluxes use the mean of two
+        /// conductivities. The position of the row in table steps is the property after it.
+        conductivity_integral,
         /// The largest power of two of the row numbers, for a search by enthalpy; zero where steps advance
         /// temperatures.
         enthalpy_search_span,
@@ -273,6 +276,10 @@ pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * MAX_STATES);
 /// Gas columns at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant (kg K/J) and
 /// viscosity (Pa s).
 pub const GAS_COLUMNS: usize = 2 * 4;
+/// Columns of a row, before those of enthalpies, for a conductivity that is integrated: its integral from the start of
+/// the table (W/m), the position of the row in table steps, its upper bound (W/m/K), and an unused pair, as columns
+/// are read in groups.
+pub const STEEP_COLUMNS: usize = 2 * 4;
 /// Columns at the end of a row of a table for steps that advance enthalpies: lower bound of the heat capacity (J/kg/K),
 /// and the position of the row in table steps.
 pub const ENTHALPY_COLUMNS: usize = 2 * 2;
@@ -321,6 +328,8 @@ pub struct PlanRows {
     /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
     /// where a factor on density scales extinction. Three: solid, gas and radiative, where a factor scales a part.
     pub conductivity_parts: usize,
+    /// Whether fluxes within some ply are differences of the integral of its conductivity.
+    pub has_steep_conductivities: bool,
     /// Whether steps of some ply advance enthalpies.
     pub has_enthalpy_steps: bool,
     /// Maximum number of states of a ply, and of reactions.

@@ -92,6 +92,18 @@ pub fn integral<R: Real>(segment: TableSegment<'_, R>, property: usize) -> R {
     segment.fraction * R::constant_from_f64(TABLE_STEP_K) * mean + risen
 }
 
+/// Integral of the first property from the table's start, the position of the row in table steps, and the upper bound
+/// of the property; the property `at` has the integral at the nodes, and those after it the others.
+#[inline(always)]
+pub fn first_integral<R: Real>(segment: TableSegment<'_, R>, at: usize) -> [R; 3] {
+    let [under, rise] = column_pair(segment, 0);
+    let columns = column_offset(segment, at);
+    let ([risen, _], [position, _]) = (column_pair(columns, 0), column_pair(columns, 1));
+    let mean = segment.fraction * R::constant_from_f64(0.5) * rise + under;
+    let integral = segment.fraction * R::constant_from_f64(TABLE_STEP_K) * mean + risen;
+    [integral, R::from_f64(0.0) + position, interpolate(columns, 2)]
+}
+
 /// Rise of the temperature of a cell, K, for the enthalpy of a rise by `predicted_k` at its heat capacity, or, where
 /// `reduced` is one and not zero, at the lower bound of it; and the lower bound over the heat capacity. The enthalpy
 /// columns of a row begin at the property `enthalpy_columns`.

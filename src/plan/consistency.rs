@@ -3,7 +3,8 @@
 
 use super::Plan;
 use crate::physics::layout::{
-    COLUMNS_PER_LOAD, ENTHALPY_COLUMNS, FACE_COLUMNS, GAS_COLUMNS, MAX_STATES, NO_INSTANT, TABLE_STEPS, TableLocation,
+    COLUMNS_PER_LOAD, ENTHALPY_COLUMNS, FACE_COLUMNS, GAS_COLUMNS, MAX_STATES, NO_INSTANT, STEEP_COLUMNS, TABLE_STEPS,
+    TableLocation,
 };
 
 /// Rows of a plan that do not fit together.
@@ -96,7 +97,8 @@ impl Plan {
             (state, reaction) = (state + ply.states as usize, ply.end_reaction as usize);
             let gas = if self.rows.gas.is_some() { GAS_COLUMNS } else { 0 };
             let enthalpy = if table.enthalpy_search_span > 0 { ENTHALPY_COLUMNS } else { 0 };
-            let columns = 2 * ply.rows as usize * self.rows.properties() + gas + enthalpy;
+            let steep = if table.conductivity_integral > 0 { STEEP_COLUMNS } else { 0 };
+            let columns = 2 * ply.rows as usize * self.rows.properties() + gas + steep + enthalpy;
             self.check_table(table, ply.levels as usize, columns)?;
         }
         count("pressure levels", self.rows.data.pressure_levels.len(), level)?;

@@ -36,8 +36,8 @@ use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_prope
 use pyrometer_readings::{PyrometerReading, pyrometer_readings};
 use std::sync::Arc;
 use step_data::{lag_weights, records_at_steps};
-pub use tables::advances_enthalpy;
 use tables::{Tables, state_count};
+pub use tables::{advances_enthalpy, integrates_conductivity};
 pub(crate) use time_grid::instants_s;
 pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeStepControl};
 
@@ -270,6 +270,7 @@ impl Plan {
             record_at_step: records_at_steps(steps, &time_grid.recorded_steps),
             records: time_grid.recorded_steps.len(),
             plies: ply_rows(case, &grid.plies),
+            has_steep_conductivities: tables.locations.iter().any(|location| location.conductivity_integral > 0),
             has_enthalpy_steps: tables.locations.iter().any(|location| location.enthalpy_search_span > 0),
             tables: tables.locations.clone(),
             conductivity_columns: conductions,

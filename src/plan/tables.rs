@@ -73,18 +73,36 @@ pub fn advances_enthalpy(material: &Material) -> bool {
     tabulated_states(material) == 1 && is_steep(&material.heat_capacity)
 }
 
-fn is_steep(heat_capacity: &Table) -> bool {
-    let corners_k = heat_capacity.corners_k();
-    let heat_j_kg = |from_k: f64, to_k: f64| integral_between(heat_capacity, &corners_k, from_k, to_k);
+/// Whether fluxes within a ply of this material are differences of the integral of its conductivity, so that a jump
+/// between two nodes counts where it lies: where the mean of the conductivities at both ends of 20 K differs by more
+/// than a tenth from their integral. Not in decomposing materials, nor where parts of the conductivity have factors of
+/// their own or follow a changing pressure: there the mean is taken.
+pub fn integrates_conductivity(material: &Material) -> bool {
+    let is_table = |conductivity: &Conductivity| match conductivity {
+        Conductivity::Tables(tables) => tables.iter().any(|(_, table)| is_steep(table)),
+        Conductivity::ThreePart(_) => false,
+    };
+    material.decomposition.is_none() && is_table(&material.conductivity)
+}
+
+/// Whether the plies of a material integrate its conductivity in a case.
+fn case_integrates_conductivity(case: &Case, material: &Material) -> bool {
+    let has_levels = matches!(&material.conductivity, Conductivity::Tables(tables) if tables.len() > 1);
+    integrates_conductivity(material) && !(has_levels && pressure_changes(case))
+}
+
+fn is_steep(property: &Table) -> bool {
+    let corners_k = property.corners_k();
+    let integral = |from_k: f64, to_k: f64| integral_between(property, &corners_k, from_k, to_k);
     corners_k.iter().any(|&corner_k| {
         let around_k = [-LOWER_BOUND_RANGE_K, LOWER_BOUND_RANGE_K].map(|by_k| (corner_k + by_k).max(TABLE_START_K));
-        let mean_j_kg_k = heat_j_kg(around_k[0], around_k[1]) / (around_k[1] - around_k[0]);
+        let mean = integral(around_k[0], around_k[1]) / (around_k[1] - around_k[0]);
         [0.0, 0.5, 1.0].into_iter().any(|share| {
             let from_k = (corner_k - share * STEEP_RANGE_K).max(TABLE_START_K);
             let to_k = from_k + STEEP_RANGE_K;
-            let of_ends_j_kg = 0.5 * STEEP_RANGE_K * (heat_capacity.just_below(from_k) + heat_capacity.at(to_k));
-            let missed_j_kg = (heat_j_kg(from_k, to_k) - of_ends_j_kg).abs();
-            missed_j_kg > STEEP_SHARE * STEEP_RANGE_K * mean_j_kg_k
+            let of_ends = 0.5 * STEEP_RANGE_K * (property.just_below(from_k) + property.at(to_k));
+            let missed = (integral(from_k, to_k) - of_ends).abs();
+            missed > STEEP_SHARE * STEEP_RANGE_K * mean
         })
     })
 }
@@ -120,10 +138,12 @@ enum Column {
     /// with piecewise constant slopes a temperature would jump slightly when a factor moves a cell across a node,
     /// enough to spoil a derivative by finite differences.
     Slope(usize),
-    /// Integral of the property two columns before.
-    Integral,
+    /// Integral of the property this many columns before.
+    Integral(usize),
     /// Lower bound of a heat capacity.
     LowerBound(Table),
+    /// Upper bound of a conductivity.
+    UpperBound(Table),
     /// Start of the row, in table steps.
     Position,
 }
@@ -186,6 +206,9 @@ fn append_table(words: &mut Vec<f64>, levels: &[Vec<Column>]) -> TableLocation<u
     let directory = Directory::new(&positions);
     let end = words.len() as u32;
     let advances_enthalpy = levels[0].iter().any(|column| matches!(column, Column::LowerBound(_)));
+    // The integrals of heat capacities are two columns from them.
+    let conductivity_integral =
+        levels[0].iter().position(|column| matches!(column, Column::Integral(distance) if *distance > 2));
     let location = TableLocation {
         offset,
         columns: 2 * levels[0].len() as u32,
@@ -193,6 +216,7 @@ fn append_table(words: &mut Vec<f64>, levels: &[Vec<Column>]) -> TableLocation<u
         directory: directory.as_ref().map_or(0, |_| end),
         buckets_per_step: directory.as_ref().map_or(1, |directory| directory.buckets_per_step),
         last_bucket: directory.as_ref().map_or(rows, |directory| directory.entries.len()) as u32 - 1,
+        conductivity_integral: conductivity_integral.unwrap_or(0) as u32,
         enthalpy_search_span: if advances_enthalpy { (rows as u32).next_power_of_two() / 2 } else { 0 },
     };
     words.extend(directory.into_iter().flat_map(|directory| directory.entries).flatten());
@@ -221,27 +245,30 @@ fn columns_at(columns: &[Column], nodes: &[Node]) -> Vec<Vec<[f64; 2]>> {
                 };
                 through(&(0..nodes.len()).map(slope).collect::<Vec<_>>())
             }
-            Column::Integral => {
-                let of = &found[found.len() - 2];
+            Column::Integral(distance) => {
+                let of = &found[found.len() - distance];
                 let mut sums = vec![0.0];
                 for (row, [start, rise]) in of.iter().enumerate() {
                     sums.push(sums[row] + steps(row) * TABLE_STEP_K * (start + 0.5 * rise * steps(row)));
                 }
                 through(&sums)
             }
-            Column::LowerBound(table) => {
-                let corners_k = table.corners_k();
-                let least = |node: &Node| {
-                    let [from_k, to_k] = [-LOWER_BOUND_RANGE_K, LOWER_BOUND_RANGE_K].map(|by_k| node.at_k + by_k);
-                    range_between(table, &corners_k, from_k, to_k).0
-                };
-                through(&nodes.iter().map(least).collect::<Vec<_>>())
-            }
+            Column::LowerBound(table) => through(&ranges_around(table, nodes).map(|range| range.0).collect::<Vec<_>>()),
+            Column::UpperBound(table) => through(&ranges_around(table, nodes).map(|range| range.1).collect::<Vec<_>>()),
             Column::Position => nodes[1..].iter().zip(nodes).map(|(_, node)| [node.at_k / TABLE_STEP_K, 0.0]).collect(),
         };
         found.push(lines);
     }
     found
+}
+
+/// The least and the largest value of a table around each node.
+fn ranges_around(table: &Table, nodes: &[Node]) -> impl Iterator<Item = (f64, f64)> {
+    let corners_k = table.corners_k();
+    nodes.iter().map(move |node| {
+        let [from_k, to_k] = [-LOWER_BOUND_RANGE_K, LOWER_BOUND_RANGE_K].map(|by_k| node.at_k + by_k);
+        range_between(table, &corners_k, from_k, to_k)
+    })
 }
 
 /// Conductivity and heat capacity of each state of a material.
@@ -342,7 +369,7 @@ fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]:
             Column::Property(part(first)),
             Column::Property(heat_capacity.clone()),
             Column::Slope(2),
-            Column::Integral,
+            Column::Integral(2),
         ]);
         if parts > 1 {
             let apart = [part(radiative), part(gas)];
@@ -351,6 +378,15 @@ fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]:
     }
     debug_assert_eq!(columns.len(), tabulated_states(material) * properties_per_state(parts), "the layout's columns");
     columns.extend(gas_columns(case));
+    if case_integrates_conductivity(case, material) {
+        let conductivity = conductivity_part(&material.conductivity, pressure_pa, follows_pressure, [true; 3]);
+        columns.extend([
+            Column::Integral(columns.len()),
+            Column::Position,
+            Column::UpperBound(conductivity),
+            Column::Position,
+        ]);
+    }
     if advances_enthalpy(material) {
         columns.extend([Column::LowerBound(material.heat_capacity.clone()), Column::Position]);
     }

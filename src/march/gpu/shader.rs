@@ -110,9 +110,11 @@ pub(super) fn column_lengths(plan: &Plan, cells: usize, threads: u32) -> String 
     let pores = if plan.rows.gas == Some(GasTransport::Darcy) { cells } else { 1 };
     let nodes = if looks_up_in_sweep(plan, threads) { 1 } else { cells };
     let enthalpies = if plan.rows.has_enthalpy_steps { cells } else { 1 };
+    let steep = if plan.rows.has_steep_conductivities { cells } else { 1 };
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
-         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\n"
+         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\n\
+         const STEEP_CELLS = {steep}u;\n"
     )
 }
 
@@ -171,6 +173,7 @@ pub(super) fn source_without_lengths(
         ("BACK_IS_OPEN", plan.rows.back_is_open),
         ("DIRECTORIES", plan.rows.tables.iter().any(|table| table.directory > 0)),
         ("ENTHALPY_STEPS", plan.rows.has_enthalpy_steps),
+        ("STEEP_CONDUCTIVITIES", plan.rows.has_steep_conductivities),
         ("DEPENDS_ON_PRESSURE", plan.rows.plies.iter().any(|ply| ply.depends_on_pressure == 1)),
     ];
     for (name, value) in is {
@@ -189,11 +192,12 @@ pub(super) fn source_without_lengths(
 }
 
 /// Whether properties are looked up in the sweep and have no columns: where a single thread marches a member whose
-/// plies have one tabulated state, whose conductivity follows no changing pressure, and steps advance temperatures.
+/// plies have one tabulated state, whose conductivity follows no changing pressure and is not integrated, and steps
+/// advance temperatures.
 fn looks_up_in_sweep(plan: &Plan, threads: u32) -> bool {
     let is_plain =
         plan.rows.gas.is_none() && plan.rows.plies.iter().all(|ply| ply.rows == 1 && ply.depends_on_pressure == 0);
-    threads == 1 && is_plain && !plan.rows.has_enthalpy_steps
+    threads == 1 && is_plain && !plan.rows.has_enthalpy_steps && !plan.rows.has_steep_conductivities
 }
 
 /// Loop iterations of one step, and of the code around the steps of a dispatch, in one thread: the count that some

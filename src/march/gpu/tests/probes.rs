@@ -18,7 +18,9 @@ use crate::physics::material::{
     ConductivityParts, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
 };
 use crate::physics::surface_flux::{FaceScale, surface_flux};
-use crate::physics::table::{column_offset, integral, interpolate, rise_by_enthalpy, table_index, table_segment};
+use crate::physics::table::{
+    column_offset, first_integral, integral, interpolate, rise_by_enthalpy, table_index, table_segment,
+};
 use crate::physics::thermocouple::{
     bead_response, covered_length, interface_temperature, parabola_excess, peak_excess,
 };
@@ -79,6 +81,7 @@ const fn uniform(offset: u32, columns: u32) -> TableLocation<u32> {
         directory: 0,
         buckets_per_step: 1,
         last_bucket: TABLE_STEPS as u32 - 1,
+        conductivity_integral: 0,
         enthalpy_search_span: 0,
     }
 }
@@ -91,6 +94,7 @@ const UNEVEN: TableLocation<u32> = TableLocation {
     directory: (TABLE_STEPS * COLUMNS) as u32,
     buckets_per_step: 2,
     last_bucket: 2 * TABLE_STEPS as u32 - 1,
+    conductivity_integral: 0,
     enthalpy_search_span: 2048,
 };
 
@@ -232,8 +236,8 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             twin: |x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let narrow = TableLocation(4u, 8u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u);
-                   let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u);
+            body: "let narrow = TableLocation(4u, 8u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
+                   let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
                    let s = table_index(x[0], narrow); y[0] = real(s.row); y[1] = s.fraction;
                    y[2] = interpolate(table_segment(s, narrow), 1u);
                    y[3] = integral(table_segment(s, narrow), 1u);
@@ -250,7 +254,7 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
         },
         Probe {
             body: "let uneven = TableLocation(TABLE_STEPS * 24u, 12u, 4u * TABLE_STEPS, TABLE_STEPS * 16u, 2u,
-                       2u * TABLE_STEPS - 1u, 2048u);
+                       2u * TABLE_STEPS - 1u, 0u, 2048u);
                    let s = table_index(x[0], uneven); y[0] = real(s.row); y[1] = s.fraction;
                    y[2] = integral(table_segment(s, uneven), 1u);
                    let far = rise_by_enthalpy(x[0], x[1], 0.0, uneven, 4u); y[3] = far[0]; y[4] = far[1];
@@ -269,7 +273,18 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u);
+            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
+                   let r = first_integral(table_segment(table_index(x[0], wide), wide), 4u);
+                   y[0] = r[0]; y[1] = r[1]; y[2] = r[2];",
+            inputs: vec![cold],
+            outputs: 3,
+            twin: |x, tables, y| {
+                let wide = uniform(0, 16);
+                put(y, &first_integral(table_segment(tables, table_index(x[0], tables, &wide), &wide), 4));
+            },
+        },
+        Probe {
+            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
                    let here = solid_properties(table_segment(table_index(x[0], wide), wide), 3u,
                        ConductivityParts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",

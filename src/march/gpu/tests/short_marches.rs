@@ -41,7 +41,52 @@ const CASES: &[(&str, &str)] = &[
     ("hot-wall correction that varies", CORRECTED),
     ("latent heat, jumps, changing pressure", LATENT),
     ("latent heat of a decomposing ply, Darcy flow", LATENT_DARCY),
+    ("steep conductivity", STEEP),
+    ("steep conductivity under a decomposing ply", STEEP_GAS),
 ];
+
+/// A conductivity that rises tenfold over 5 K, and jumps.
+const STEEP_MATERIAL: &str = r#"
+name = "Steep"
+density.value = "800 kg/m^3"
+heat_capacity.value = "900 J/kg/K"
+emissivity.value = 0.7
+[conductivity]
+temperatures_k = [250, 340, 345, 420, 420, 1500]
+values = [0.1, 0.1, 1.0, 1.2, 0.4, 0.6]
+unit = "W/m/K"
+outside = "clamp"
+"#;
+
+const STEEP: &str = r#"
+contact_conductance = "900 W/m^2/K"
+ply = [
+    { name = "C", material = "steep", thickness = "2 mm", limit = "500 K" },
+    { name = "F", material = "saffil-96", thickness = "3 mm" },
+]
+sensor = [{ name = "A", below = "C", time_constant = "0.5 s" }, { name = "B", depth = "1.1 mm" }]
+[hot_face]
+kind = "heated"
+flux.points = [["0 s", "0 W/cm^2"], ["1 s", "9 W/cm^2"], ["20 s", "9 W/cm^2"], ["21 s", "0 W/cm^2"]]
+flux.outside = "zero"
+"#;
+
+const STEEP_GAS: &str = r#"
+decomposition = true
+pressure = "8 kPa"
+ply = [
+    { name = "C", material = "chain", thickness = "1 mm" },
+    { name = "F", material = "steep", thickness = "2 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "2.2 mm" }]
+[hot_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["10 s", "1100 K"], ["30 s", "500 K"]]
+temperature.outside = "hold"
+[gas]
+flow = "quasi-steady"
+gas = "pyrolysis"
+"#;
 
 const LATENT: &str = r#"
 pressure.points = [["0 s", "10 Pa"], ["10 s", "500 Pa"], ["20 s", "200 kPa"], ["30 s", "8 kPa"]]
@@ -353,7 +398,7 @@ fn factor((group, property): &(&str, &str)) -> String {
 
 /// The case of a text with every factor that applies.
 fn case(text: &str) -> Case {
-    let files = [("chain", CHAIN), ("melting", MELTING)];
+    let files = [("chain", CHAIN), ("melting", MELTING), ("steep", STEEP_MATERIAL)];
     let files = BTreeMap::from(files.map(|(name, text)| (format!("materials/{name}.toml"), text.to_owned())));
     let top = "initial_temperature = \"300 K\"\nduration = \"30 s\"\n";
     // Four cells a ply are the least.
