@@ -124,7 +124,7 @@ fn melting_at_one_temperature_is_the_exact_solution_of_stefan_and_neumann() {
 /// Of fluxes by differences of the integral of the conductivity: 400 and 800 cells agree to 1e-4 K.
 const JUMP_K: [f64; 3] = [792.4417, 786.0342, 781.7528];
 
-/// A jump that the table states, and one over 10 mK. At the end the error is about a millikelvin; the claim is that of
+/// A jump that the table states, and one over 10 mK. At the end the error is below a millikelvin; the claim is that of
 /// the instants at which the steep front of 200 K passes a sensor within seconds.
 #[test]
 fn fluxes_count_a_jump_of_the_conductivity_where_it_lies_between_two_nodes() {
@@ -136,7 +136,7 @@ fn fluxes_count_a_jump_of_the_conductivity_where_it_lies_between_two_nodes() {
         for precision in [Precision::F64, Precision::F32] {
             for (found_k, expected_k) in at_end_k(&case, precision).0.iter().zip(JUMP_K) {
                 let error_k = (found_k - expected_k).abs();
-                assert!(error_k < 2e-3, "{precision:?}: {found_k} K, not {expected_k} K");
+                assert!(error_k < 1e-3, "{precision:?}: {found_k} K, not {expected_k} K");
             }
         }
     }
@@ -177,7 +177,7 @@ hot_face = {{ kind = "heated", flux = "20 kW/m^2", emissivity = 0.8 }}
     assert!(error_k < claim_k && claim_k < 0.06, "{error_k} K, claim {claim_k} K");
     for cells in [40, 80, 160] {
         let error_k = worst_k(read(&format!("resolution = {{ cells = {cells} }}")).0);
-        assert!(error_k < 0.01, "{cells} cells: {error_k} K");
+        assert!(error_k < 3e-3, "{cells} cells: {error_k} K");
     }
 }
 
