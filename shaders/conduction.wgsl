@@ -6,7 +6,6 @@ struct Node {
     conductivity: real,
     slope: real,
     capacity: real,
-    conductivity_integral: array<real, 3>,
     gas_enthalpy_j_kg: real,
     gas_heat_capacity: real,
 }
@@ -45,22 +44,21 @@ fn subtract_advection(conductivity_slopes: array<real, 2>, advection: array<real
 }
 
 fn integrated_conductance(
-    here: Node,
-    next: Node,
+    integrals: array<array<real, 3>, 2>,
     drop: real,
     half_over_next_1_m: real,
     by_mean: array<real, 3>,
 ) -> array<real, 3> {
     let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
     var conductance = by_mean[0];
-    if here.conductivity_integral[1] != next.conductivity_integral[1] {
-        conductance = (here.conductivity_integral[0] - next.conductivity_integral[0]) / drop * over_next_1_m;
+    if integrals[0][1] != integrals[1][1] {
+        conductance = (integrals[0][0] - integrals[1][0]) / drop * over_next_1_m;
     }
-    if here.conductivity_integral[2] < 0x1p-126 {
+    if integrals[0][2] < 0x1p-126 {
         return array<real, 3>(conductance, by_mean[1], by_mean[2]);
     }
-    let slope = here.conductivity_integral[2] * over_next_1_m - conductance;
-    let next_slope = conductance - next.conductivity_integral[2] * over_next_1_m;
+    let slope = integrals[0][2] * over_next_1_m - conductance;
+    let next_slope = conductance - integrals[1][2] * over_next_1_m;
     return array<real, 3>(conductance, slope, next_slope);
 }
 
@@ -165,16 +163,11 @@ fn node(p: u32, ply: PlyProperties, i: u32, stage: u32) -> Node {
         if stage == 0u {
             conductivities[i] = here.conductivity;
         }
-        let none = array<real, 3>(0.0, 0.0, 0.0);
-        return Node(temperature, by, here.conductivity, here.slope, here.heat_capacity, none, 0.0, 0.0);
+        return Node(temperature, by, here.conductivity, here.slope, here.heat_capacity, 0.0, 0.0);
     }
-    let none = array<real, 3>(0.0, 0.0, 0.0);
-    var node = Node(temperature, by, conductivities[i], 0.0, stage_capacities[i], none, 0.0, 0.0);
+    var node = Node(temperature, by, conductivities[i], 0.0, stage_capacities[i], 0.0, 0.0);
     if stage == 0u {
         node.slope = slopes[i];
-    }
-    if STEEP_CONDUCTIVITIES {
-        node.conductivity_integral = conductivity_integrals[i];
     }
     if GAS {
         node.gas_enthalpy_j_kg = stage_gas_enthalpy(i, stage);
@@ -194,7 +187,8 @@ fn flux_within_ply(cell: u32, here: Node, next: Node, stage: u32) -> InteriorFac
     }
     if STEEP_CONDUCTIVITIES {
         let by_mean = array<real, 3>(conductance, conductivity_slopes[0], conductivity_slopes[1]);
-        let integrated = integrated_conductance(here, next, drop, half_over_next_1_m, by_mean);
+        let integrals = array<array<real, 3>, 2>(conductivity_integrals[cell], conductivity_integrals[cell + 1u]);
+        let integrated = integrated_conductance(integrals, drop, half_over_next_1_m, by_mean);
         conductance = integrated[0];
         conductivity_slopes = array<real, 2>(integrated[1], integrated[2]);
     }

@@ -84,7 +84,7 @@ fn rise_by_increments() -> real {
             let solution = first_increments[i];
             first_solution[i] = solution;
             let rise_k = temperature_rise(p, i, temperatures[i].high, solution, reduced[i])[0];
-            first_increments[i] = rise_k;
+            first_increments[i] = reduced[i] * rise_k + (1.0 - reduced[i]) * solution;
             exceeds = max(exceeds, exceeds_increment(rise_k, solution) * (1.0 - reduced[i]));
         }
     }
@@ -103,13 +103,13 @@ fn reduce_capacities(reduction: u32) {
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
             let solution = first_solution[i];
-            let least = temperature_rise(p, i, temperatures[i].high, solution, reduced[i])[1];
-            var reduces = exceeds_increment(first_increments[i], solution);
+            let rise = temperature_rise(p, i, temperatures[i].high, solution, reduced[i]);
+            var reduces = exceeds_increment(rise[0], solution);
             if reduction + 1u == run.reductions {
                 reduces = exceeds;
             }
             reduces = reduces * (1.0 - reduced[i]);
-            stage_capacities[i] = stage_capacities[i] * (1.0 - reduces + reduces * least);
+            stage_capacities[i] = stage_capacities[i] * (1.0 - reduces + reduces * rise[1]);
             reduced[i] = reduced[i] + reduces;
         }
     }

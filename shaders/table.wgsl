@@ -12,6 +12,34 @@ fn table_index(temperature_k: real, location: TableLocation) -> TableIndex {
         let row = min(u32(clamp(position, 0.0, real(TABLE_STEPS))), location.last_bucket);
         return TableIndex(row, position - real(row));
     }
+    if location.list_length > 0u {
+        let first = location.directory / COLUMNS_PER_LOAD;
+        let origin = column_group(first).x;
+        let step = min(u32(clamp(position - origin, 0.0, real(TABLE_STEPS))), TABLE_STEPS - 1u);
+        var row = step;
+        var own_start = real(step) + origin;
+        // A group of starts at a time: those past the end of the list are beyond all temperatures.
+        for (var listed = 1u; listed < location.list_length; listed += COLUMNS_PER_LOAD) {
+            let starts = column_group(first + (listed + COLUMNS_PER_LOAD - 1u) / COLUMNS_PER_LOAD);
+            if position >= starts.x {
+                row = row + 1u;
+                own_start = max(own_start, starts.x);
+            }
+            if position >= starts.y {
+                row = row + 1u;
+                own_start = max(own_start, starts.y);
+            }
+            if position >= starts.z {
+                row = row + 1u;
+                own_start = max(own_start, starts.z);
+            }
+            if position >= starts.w {
+                row = row + 1u;
+                own_start = max(own_start, starts.w);
+            }
+        }
+        return TableIndex(row, position - own_start);
+    }
     let scaled = position * real(location.buckets_per_step);
     let bucket = u32(clamp(scaled, 0.0, real(location.last_bucket)));
     let entry = column_group(location.directory / COLUMNS_PER_LOAD + bucket);

@@ -15,6 +15,7 @@ use crate::march::cpu::Cpu;
 use crate::march::monitor::{Monitor, Progress};
 use crate::march::richardson::march_extrapolated;
 use crate::march::{MarchError, Precision};
+pub(crate) use crate::plan::ACCEPTED_ERROR;
 use crate::plan::GridDensity;
 use crate::plan::{Discretisation, Plan};
 use crate::plan::{GRADING_EXPONENT, StepGrowth, TimeSegment, TimeStepControl};
@@ -67,9 +68,6 @@ const VERIFICATION_ROUNDS: usize = 5;
 /// Smallest growth of the densities in a round of verification: a ply of few cells would not get another.
 const MIN_DENSITY_GROWTH: f64 = 1.05;
 const MAX_VERIFICATION_CELL_STEPS: f64 = 4e7;
-/// Members for which a plan was not adapted may exceed its tolerance, or its error if that is larger, by this factor
-/// before it is adapted anew; their error is reported.
-pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
 /// Tolerance beside which errors are stated where a case states cells and steps, K.
 const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Most times that the steps are doubled for members that diverge.

@@ -234,7 +234,8 @@ fn written() -> &'static Written {
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);
         written.run(&scratch, "uncertainty limited -n 60", &["limited"]);
         written.run(&scratch, "uncertainty own -n 3000 --until TC2\u{a0}P90±20K", &["own"]);
-        written.run(&scratch, "uncertainty own -n 3000 --until P(TC2>1010K)±20%", &["own"]);
+        written.run(&scratch, "uncertainty own -n 50000 --until P(TC2>1010K)±20%", &["own"]);
+        written.run(&scratch, "uncertainty own -n 3000 --until P(TC2>900K)±20%", &["own"]);
         written.run(&scratch, "design own --sensors 2 -n 20", &["own"]);
         written.run(&scratch, "sensitivity own", &["own"]);
         let estimate =

@@ -161,8 +161,8 @@ fn options_of_a_session_equal_those_of_the_command() {
     same_report(&session, &scratch, &format!("twin {} --study 3 --noise 2K", at("slab")));
 
     let target = PrecisionTarget::parse("P(BACK > 760 K) ± 20 %", session.case()).expect("a target");
-    session.uncertainty_until(&sweep(5000), &target, &mut |_, _| {}).expect("a probability");
-    same_report(&session, &scratch, &format!("uncertainty {} -n 5000 --until P(BACK>760K)±20%", at("slab")));
+    session.uncertainty_until(&sweep(20_000), &target, &mut |_, _| {}).expect("a probability");
+    same_report(&session, &scratch, &format!("uncertainty {} -n 20000 --until P(BACK>760K)±20%", at("slab")));
 
     let mut layups = open(case("lcat-2259"));
     let materials = ["pyrogel3350", "apa"].map(str::to_owned).to_vec();

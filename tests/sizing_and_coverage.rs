@@ -3,13 +3,13 @@
 use crate::support::{case, modified};
 use bondline::case::{Bounds, Case, LimitedPart};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::fit::proportion::Proportion;
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
 use bondline::plan::Plan;
 use bondline::study::coverage_study::{CoverageDesign, CoverageStudy, FitOutcome, coverage_study};
 use bondline::study::estimate::SearchOptions;
-use bondline::study::proportion::Proportion;
 use bondline::study::size::{RequiredThickness, SizeError, Sizing, SizingRequirement, size};
 use bondline::study::twin::Noise;
 use bondline::study::uncertainty::Sweep;

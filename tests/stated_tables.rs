@@ -103,6 +103,32 @@ fn neumann_k(depth_m: f64, time_s: f64, [face_k, melting_k, start_k]: [f64; 3], 
     }
 }
 
+/// A stiff cell overshoots at the first stage; one above the peak must not be held by it there.
+#[test]
+fn a_warm_cell_above_a_latent_heat_cools_and_does_not_oscillate() {
+    for spike_k in [308, 309, 310, 312] {
+        let text = format!(
+            r#"
+duration = "30 s"
+ply = [{{ name = "S", material = "m", thickness = "10 mm" }}]
+sensor = [{{ name = "A", depth = "5 mm" }}]
+hot_face = {{ kind = "heated", flux = "0 W/m^2", emissivity = 0 }}
+resolution = {{ cells = 160, first_step = "0.3 s", max_step = "0.3 s", output_interval = "1 s" }}
+[initial_temperature]
+points = [["0 mm", "306 K"], ["4.97 mm", "306 K"], ["5 mm", "{spike_k} K"], ["5.03 mm", "306 K"], ["10 mm", "306 K"]]
+"#
+        );
+        let files = BTreeMap::from([("materials/m.toml".to_owned(), material(LATENT, CONDUCTIVITY))]);
+        let case = Case::from_toml(&text, "slab", &files).unwrap_or_else(|error| panic!("{error}"));
+        let plan = adapt(&case).unwrap_or_else(|error| panic!("{error}"));
+        let traces = march_extrapolated(&mut Cpu::new(Precision::F64), &plan, &Ensemble::nominal(case.factors()), 0..1)
+            .unwrap_or_else(|error| panic!("{error}"));
+        for (second, found_k) in traces.temperatures_k.iter().enumerate().skip(1) {
+            assert!((306.0..306.05).contains(found_k), "spike of {spike_k} K: {found_k} K at {second} s");
+        }
+    }
+}
+
 #[test]
 fn melting_at_one_temperature_is_the_exact_solution_of_stefan_and_neumann() {
     // 200 kJ/kg over 10 mK, whose edges are jumps.

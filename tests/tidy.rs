@@ -44,6 +44,7 @@ const HOMES: &[(&str, &[&str])] = &[
         &[
             "src/adapt.rs",
             "src/march/cpu.rs",
+            "src/march/gauge_bounds.rs",
             "src/march/gpu/gather.rs",
             "src/march/mod.rs",
             "src/march/record_peaks.rs",

@@ -135,7 +135,7 @@ def test_a_wrong_option_is_named(slab: bondline.Case) -> None:
 
 def test_a_rare_probability_is_sampled_until_its_interval_is_narrow() -> None:
     case = bondline.Case.load(CASES / "slab")
-    found = case.uncertainty(n=20_000, until="P(BACK > 770 K) ± 20 %").precision_reached
+    found = case.uncertainty(n=100_000, until="P(BACK > 770 K) ± 20 %").precision_reached
     last = found["looks"][-1]
     assert found["is_reached"] and found["importance"] is not None
     assert last["low"] < 8.805e-4 < last["high"]  # of 40 million members of the exact solution

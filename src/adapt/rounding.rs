@@ -52,12 +52,17 @@ impl RoundingError {
         }))
     }
 
-    /// Whether results in f32 are as good as the tolerance of a plan asks for.
-    pub(crate) fn is_small(&self, plan: &Plan) -> bool {
-        let of_temperature = self.nominal_k.max(self.corners_k.unwrap_or(0.0)) / tolerance_k(plan);
-        let of_balances = self.energy_balance.max(self.mass_balance) / BALANCE_TOLERANCE;
-        let of_gauges = self.gauges.iter().map(|gauge| gauge.error / gauge.tolerance);
-        of_gauges.fold(of_temperature.max(of_balances), f64::max) <= ACCEPTED_SHARE
+    /// The output that rounding changes most beside its tolerance, and the share of the tolerance, where f32 is not
+    /// taken unasked.
+    pub(crate) fn too_large(&self, plan: &Plan) -> Option<(&'static str, f64)> {
+        let temperature_k = self.nominal_k.max(self.corners_k.unwrap_or(0.0));
+        let gauges = self.gauges.iter().map(|gauge| (gauge.gauge.name(), gauge.error / gauge.tolerance));
+        let balances =
+            [("the energy balance", self.energy_balance), ("the mass balance", self.mass_balance)].into_iter();
+        let others = balances.map(|(name, residual)| (name, residual / BALANCE_TOLERANCE)).chain(gauges);
+        let temperature = ("temperatures", temperature_k / tolerance_k(plan));
+        let largest = others.fold(temperature, |largest, each| if each.1 > largest.1 { each } else { largest });
+        Some(largest).filter(|(_, share)| *share > ACCEPTED_SHARE)
     }
 }
 

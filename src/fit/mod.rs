@@ -53,6 +53,7 @@ pub mod loss;
 pub mod noise_model;
 pub mod optimal_design;
 pub mod prior;
+pub mod proportion;
 mod quadratic;
 pub mod reliability;
 pub mod robust_noise;

@@ -4,7 +4,7 @@ pub mod backend_selection;
 pub mod batching;
 pub mod cpu;
 pub mod fallback;
-mod fronts;
+mod gauge_bounds;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod monitor;
@@ -280,7 +280,7 @@ fn readings(mut records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
         gauge_peaks,
         ..records
     };
-    fronts::keep_between_records(&mut readings, &gauge_records, plan, rows.rows_per_member);
+    gauge_bounds::keep_between_records(&mut readings, &gauge_records, plan, rows.rows_per_member);
     let (sensors, instants) = (readings.sensors, readings.instants);
     for held in &plan.held_readings {
         let Some(held_k) = &held.temperatures_k else { continue };

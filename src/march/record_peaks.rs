@@ -95,8 +95,8 @@ impl RecordPeaks {
                     own.iter().fold(0.0_f64, |most, value| if value.abs() > most.abs() { *value } else { most });
                 let signed: Vec<f64> = own.iter().map(|value| value * extreme.signum()).collect();
                 match Gauge::ALL[gauge] {
-                    // A front jumps from a ply to the next, between which no curve leads.
-                    gauge if gauge.is_front() => curve.highest_record(&signed),
+                    // A front jumps from a ply to the next, between which no curve leads; mass lost never falls.
+                    Gauge::MassLost | Gauge::VirginFront | Gauge::CharFront => curve.highest_record(&signed),
                     // Just after a jump of the pressure or of a temperature, Darcy's law has no bound of the flux.
                     Gauge::GasFlux | Gauge::PeakPressure if plan.rows.gas == Some(GasTransport::Darcy) => {
                         curve.farthest_reading(own, &plan.instants_s)

@@ -7,7 +7,7 @@
 //! interfaces, contacts and radiating faces, would have to be written in Rust and in WGSL and would not estimate its
 //! own error.
 
-use super::{Backend, March, MarchError, PendingBatch, fronts};
+use super::{Backend, March, MarchError, PendingBatch, gauge_bounds};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::{Balance, Gauge, GaugePeak, MemberStatus, Traces};
@@ -108,7 +108,7 @@ fn begin_extrapolated<'a>(
 fn extrapolate(fine: Traces, coarse: &Traces, plan: &Plan) -> Traces {
     let mut traces = combine(fine, coarse, plan.end_s(), richardson_nonnegative);
     traces.balances.iter_mut().for_each(|balance| *balance = balance.without_negative_flows());
-    fronts::keep_in_order(&mut traces, plan, 1);
+    gauge_bounds::keep_in_order(&mut traces, plan, 1);
     traces
 }
 

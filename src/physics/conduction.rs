@@ -12,7 +12,10 @@ use super::member::Member;
 use super::mixture::{conductivity_divisor, mixture_sums, state_change};
 use super::state::{CellProperties, Mixture};
 use super::surface_flux::{SurfaceFlux, surface_flux};
-use super::table::{column_offset, first_integral, integral, interpolate, row_segment, table_index};
+use super::table::{
+    RowSearch, TableIndex, column_offset, first_integral, index_by_directory, index_by_list, index_by_steps, integral,
+    interpolate, row_segment,
+};
 use crate::layout::GasTransport;
 use crate::layout::{BoundaryForcing, Cell, ENTHALPY_COLUMNS, GAS_COLUMNS, STEEP_COLUMNS};
 use std::ops::Range;
@@ -24,9 +27,6 @@ pub(super) struct Node<R: Real> {
     /// Temperature increment of the first stage, K; zero at the first stage.
     pub(super) increment: R,
     pub(super) properties: CellProperties<R>,
-    /// Integral of the conductivity, W/m, the position of its table row, and its upper bound, W/m/K; zero where the
-    /// conductivity is not integrated.
-    pub(super) conductivity_integral: [R; 3],
     /// Enthalpy of its gas (J/kg) and the slope of the enthalpy (J/kg/K).
     pub(super) gas_enthalpy_j_kg: R,
     pub(super) gas_heat_capacity: R,
@@ -57,7 +57,6 @@ pub(super) struct NodeColumns<'a, R: Real> {
     temperatures: &'a [DoubleWord<R>],
     first_increments: &'a [R],
     properties: &'a [CellProperties<R>],
-    conductivity_integrals: &'a [[R; 3]],
     gas_enthalpies_j_kg: &'a [R],
     gas_heat_capacities: &'a [R],
     /// Whether the second stage extrapolates the gas enthalpies.
@@ -80,14 +79,12 @@ fn subtract_advection<R: Real>(conductivity_slopes: [R; 2], advection: [R; 2]) -
 /// within a step would overshoot by hundreds of kelvin with the slope of the smaller one.
 #[inline(always)]
 fn integrated_conductance<R: Real>(
-    here: Node<R>,
-    next: Node<R>,
+    integrals: [[R; 3]; 2],
     drop: R,
     half_over_next_1_m: R::Constant,
     by_mean: [R; 3],
 ) -> [R; 3] {
-    let ([integral, position, most], [next_integral, next_position, next_most]) =
-        (here.conductivity_integral, next.conductivity_integral);
+    let [[integral, position, most], [next_integral, next_position, next_most]] = integrals;
     let is_same = position.ge_mask(next_position) * next_position.ge_mask(position);
     let is_apart = R::from_f64(1.0) - is_same;
     let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
@@ -200,27 +197,37 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         // in f64 and 0.83 in f32).
         let offsets = &mut self.thermal.row_offsets[..rows.len()];
         let shares = &mut self.thermal.row_fractions[..rows.len()];
-        let found = R::table_rows(
-            offsets,
-            table,
-            columns,
-            #[inline(always)]
-            |i| {
-                let increment = if with_slope { R::from_f64(0.0) } else { first[i] };
-                let at = table_index(temperatures[i].high + increment, tables, &location);
-                shares[i] = at.fraction;
-                // Here, so that the division does not hold up the reads either.
-                if mixes {
-                    let all = mixture_sums(&phases[i * stride..][..states], &changes, parts);
-                    let per_left = R::from_f64(1.0) / conductivity_divisor(all.remains, whole, bulk);
-                    mixtures[i] = Mixture {
-                        conductivity: all.conductivity.times(per_left, parts),
-                        density_kg_m3: whole.mass_kg_m3 * all.enthalpy_scale,
-                    };
-                }
-                at.row
-            },
-        );
+        // A loop for each kind of search: its branches and checks would take half as long as the reads.
+        macro_rules! rows_by {
+            ($index:ident, $($argument:expr),+) => {
+                R::table_rows(
+                    offsets,
+                    table,
+                    columns,
+                    #[inline(always)]
+                    |i| {
+                        let increment = if with_slope { R::from_f64(0.0) } else { first[i] };
+                        let at: TableIndex<R> = $index(temperatures[i].high + increment, $($argument),+);
+                        shares[i] = at.fraction;
+                        // Here, so that the division does not hold up the reads either.
+                        if mixes {
+                            let all = mixture_sums(&phases[i * stride..][..states], &changes, parts);
+                            let per_left = R::from_f64(1.0) / conductivity_divisor(all.remains, whole, bulk);
+                            mixtures[i] = Mixture {
+                                conductivity: all.conductivity.times(per_left, parts),
+                                density_kg_m3: whole.mass_kg_m3 * all.enthalpy_scale,
+                            };
+                        }
+                        at.row
+                    },
+                )
+            };
+        }
+        let found = match RowSearch::<R>::new(tables, &location) {
+            RowSearch::Steps(last) => rows_by!(index_by_steps, last),
+            RowSearch::List(origin, starts) => rows_by!(index_by_list, origin, starts),
+            RowSearch::Directory(words, location) => rows_by!(index_by_directory, words, location),
+        };
         for i in 0..rows.len() {
             let row = row_segment(found, i, shares[i]);
             let (mut scale, mut density_kg_m3) = (conductivity_scale, whole.density_kg_m3);
@@ -265,13 +272,10 @@ impl<R: Real> NodeColumns<'_, R> {
                 gas_enthalpy_j_kg = gas_enthalpy_j_kg + gas_heat_capacity * increment;
             }
         }
-        let conductivity_integral =
-            if self.conductivity_integrals.is_empty() { [zero; 3] } else { self.conductivity_integrals[i] };
         Node {
             temperature: if stage == 0 { start } else { add_unnormalized(start, increment) },
             increment: if stage == 0 { zero } else { increment },
             properties: self.properties[i],
-            conductivity_integral,
             gas_enthalpy_j_kg,
             gas_heat_capacity,
         }
@@ -283,22 +287,20 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn node_columns(&self, cells: Range<usize>) -> NodeColumns<'_, R> {
         let of_gas = if GAS { cells.clone() } else { 0..0 };
-        let steep = if self.plan.has_steep_conductivities { cells.clone() } else { 0..0 };
         NodeColumns {
             cells: &self.rows.cells[cells.clone()],
             temperatures: &self.thermal.temperatures[cells.clone()],
             first_increments: &self.thermal.first_increments[cells.clone()][..cells.len()],
             properties: &self.thermal.properties[cells.clone()][..cells.len()],
-            conductivity_integrals: &self.thermal.conductivity_integrals[steep],
             gas_enthalpies_j_kg: &self.gas.enthalpies_j_kg[of_gas.clone()],
             gas_heat_capacities: &self.gas.heat_capacities[of_gas],
             extrapolates_gas: !self.reads_gas_tables(1),
         }
     }
 
-    /// Fluxes from a cell to the next of its ply.
+    /// Fluxes from a cell to the next of its ply, whose conductivity may be integrated.
     #[inline(always)]
-    pub(super) fn flux_within_ply(
+    pub(super) fn flux_within_ply<const STEEP: bool>(
         &self,
         cell: usize,
         here: Node<R>,
@@ -314,10 +316,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let gain = drop * half_over_next_1_m;
             conductivity_slopes = [here.properties.slope_or_capacity * gain, next.properties.slope_or_capacity * gain];
         }
-        if self.plan.has_steep_conductivities {
+        if STEEP {
             [conductance, conductivity_slopes[0], conductivity_slopes[1]] = integrated_conductance(
-                here,
-                next,
+                [self.thermal.conductivity_integrals[cell], self.thermal.conductivity_integrals[cell + 1]],
                 drop,
                 half_over_next_1_m,
                 [conductance, conductivity_slopes[0], conductivity_slopes[1]],

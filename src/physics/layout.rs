@@ -140,6 +140,9 @@ rows! {
         /// Buckets of the directory in a table step, and the last bucket; without a directory rows.
         buckets_per_step,
         last_bucket,
+        /// Length of a list of row starts, which takes the place of the directory where they are few; else zero. The
+        /// first, the origin of the steps, has a group of columns of its own.
+        list_length,
         /// The property of a row that is the integral of the conductivity; zero where fluxes use the mean of two
         /// conductivities. The position of the row in table steps is the property after it.
         conductivity_integral,

@@ -20,13 +20,15 @@
 //! advance its enthalpy h instead, with one C at both stages:
 //!
 //! ```text
-//! h(T*) = h(T) + C Δ₁,    h(T') = h(T) + C (3/2 Δ₁ + 1/2 Δ₂)
+//! h(T') = h(T) + C (3/2 Δ₁ + 1/2 Δ₂)
 //! ```
 //!
 //! The heat of a step is stored exactly, and the scheme is second order with any C. C is the heat capacity at the start
-//! of the step; but where a cell leaves a peak and would rise further than its increment, which diverges, the first
+//! of the step; but where h(T) + C Δ₁ leaves a peak and the cell would rise further than Δ₁, which diverges, the first
 //! stage is solved anew with the lower bound of the heat capacity near that temperature, with which cells never rise
-//! further (after the relaxation of Jäger and Kačur, Numer. Math. 60, 1991).
+//! further (after the relaxation of Jäger and Kačur, Numer. Math. 60, 1991). The second stage of such a cell is at the
+//! temperature of h(T) + C Δ₁, that of the others at T + Δ₁: a cell above a peak whose stage is held by the peak would
+//! not be damped, and oscillates from step to step.
 
 use super::Real;
 use super::compensated::add_compensated;
@@ -120,8 +122,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// Temperature rises of the first stage by the enthalpies of its increments. Returns one if a cell rises further
-    /// than its increment, although its heat capacity is not reduced.
+    /// Temperature rises of the first stage: its increments, or in cells with a reduced heat capacity those of their
+    /// enthalpies. Returns one if the enthalpy of another cell rises further than its increment.
     #[inline(always)]
     fn rise_by_increments(&mut self) -> R {
         let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
@@ -133,7 +135,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let (start_k, solution) = (self.thermal.temperatures[i].high, self.thermal.first_solution[i]);
                 let reduced = self.thermal.reduced[i];
                 let [rise_k, _] = Self::temperature_rise(self.plan, self.rows, [p, i], start_k, solution, reduced);
-                self.thermal.first_increments[i] = rise_k;
+                self.thermal.first_increments[i] = reduced * rise_k + (one - reduced) * solution;
                 exceeds = exceeds.max(exceeds_increment(rise_k, solution) * (one - reduced));
             }
         }
@@ -158,8 +160,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let (start_k, solution) = (self.thermal.temperatures[i].high, self.thermal.first_solution[i]);
                 let reduced = self.thermal.reduced[i];
-                let [_, least] = Self::temperature_rise(self.plan, self.rows, [p, i], start_k, solution, reduced);
-                let mut reduces = exceeds_increment(self.thermal.first_increments[i], solution);
+                let [rise_k, least] = Self::temperature_rise(self.plan, self.rows, [p, i], start_k, solution, reduced);
+                let mut reduces = exceeds_increment(rise_k, solution);
                 if reduction + 1 == CAPACITY_REDUCTIONS {
                     reduces = exceeds;
                 }

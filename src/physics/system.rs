@@ -286,7 +286,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let (here, next) = (nodes.node::<GAS>(0, stage), nodes.node::<GAS>(1, stage));
         let at = position(p.saturating_sub(1), cell);
         let below = if p == 0 {
-            self.flux_within_ply(0, here, next, R::constant(nodes.cells[0].half_over_next_1_m), stage)
+            let half_over_next_1_m = R::constant(nodes.cells[0].half_over_next_1_m);
+            match self.integrates_conductivity(0) {
+                true => self.flux_within_ply::<true>(0, here, next, half_over_next_1_m, stage),
+                false => self.flux_within_ply::<false>(0, here, next, half_over_next_1_m, stage),
+            }
         } else {
             self.flux_across_interface(p, here, next, stage)
         };
@@ -303,6 +307,59 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         Some((cells, covered))
     }
 
+    /// Whether the fluxes within a ply are differences of the integral of its conductivity.
+    #[inline(always)]
+    fn integrates_conductivity(&self, p: usize) -> bool {
+        self.plan.tables[p].conductivity_integral > 0
+    }
+
+    /// [`assemble_first_stage`](Self::assemble_first_stage) of the cells of a ply after the first `after_first`, but
+    /// the last. A copy for each kind of conductivity: the rare one would spill registers of the other.
+    #[inline(always)]
+    fn first_stage_within<const STEEP: bool>(
+        &self,
+        rows: &mut [EliminatedRow<R>],
+        sweep: &mut ForwardSweep<R>,
+        (p, cells, after_first): (usize, Range<usize>, usize),
+        step: usize,
+    ) {
+        let inverse_step_1_s = R::constant_from_f64(1.0) / self.step_length_s(step);
+        let nodes = self.node_columns(cells.clone());
+        // Both nodes are read anew in each turn: carrying one over would spill the registers of the pivot, which is the
+        // critical path.
+        for (after, row) in rows[..cells.len() - 1][after_first..].iter_mut().enumerate() {
+            let i = after_first + after;
+            let cell = cells.start + i;
+            let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
+            let half_over_next_1_m = R::constant(nodes.cells[i].half_over_next_1_m);
+            let below = self.flux_within_ply::<STEEP>(cell, here, next, half_over_next_1_m, 0);
+            let at = Position { ply: p, cell, face: None };
+            *row = self.first_stage_row(sweep, at, here, below, inverse_step_1_s, step);
+        }
+    }
+
+    /// The same of the second stage.
+    #[inline(always)]
+    fn second_stage_within<const STEEP: bool>(
+        &self,
+        rows: &mut [EliminatedRow<R>],
+        sweep: &mut ForwardSweep<R>,
+        (p, cells, after_first): (usize, Range<usize>, usize),
+        step: usize,
+    ) {
+        let twice_inverse_step_1_s = R::constant_from_f64(2.0) / self.step_length_s(step);
+        let nodes = self.node_columns(cells.clone());
+        for (after, row) in rows[..cells.len() - 1][after_first..].iter_mut().enumerate() {
+            let i = after_first + after;
+            let cell = cells.start + i;
+            let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
+            let half_over_next_1_m = R::constant(nodes.cells[i].half_over_next_1_m);
+            let below = self.flux_within_ply::<STEEP>(cell, here, next, half_over_next_1_m, 1);
+            let at = Position { ply: p, cell, face: None };
+            row.rhs_or_increment = self.second_stage_row(sweep, at, here, below, *row, twice_inverse_step_1_s, step);
+        }
+    }
+
     /// Assembles and factors the system of both stages, and eliminates the right-hand side of the first. Returns the
     /// heat that all cells take from the holder, W/m².
     #[inline(always)]
@@ -315,16 +372,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 system[at.cell] = self.first_stage_row(&mut sweep, at, here, below, inverse_step_1_s, step);
             }
             let Some((cells, after_first)) = self.links_within(p) else { break };
-            let nodes = self.node_columns(cells.clone());
-            // Both nodes are read anew in each turn: carrying one over would spill the registers of the pivot, which is
-            // the critical path.
-            for (after, row) in system[cells.clone()][..cells.len() - 1][after_first..].iter_mut().enumerate() {
-                let i = after_first + after;
-                let cell = cells.start + i;
-                let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
-                let below = self.flux_within_ply(cell, here, next, R::constant(nodes.cells[i].half_over_next_1_m), 0);
-                let at = Position { ply: p, cell, face: None };
-                *row = self.first_stage_row(&mut sweep, at, here, below, inverse_step_1_s, step);
+            let rows = &mut system[cells.clone()];
+            match self.integrates_conductivity(p) {
+                true => self.first_stage_within::<true>(rows, &mut sweep, (p, cells, after_first), step),
+                false => self.first_stage_within::<false>(rows, &mut sweep, (p, cells, after_first), step),
             }
         }
         self.thermal.system = system;
@@ -346,15 +397,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                     self.second_stage_row(&mut sweep, at, here, below, row, twice_inverse_step_1_s, step);
             }
             let Some((cells, after_first)) = self.links_within(p) else { break };
-            let nodes = self.node_columns(cells.clone());
-            for (after, row) in system[cells.clone()][..cells.len() - 1][after_first..].iter_mut().enumerate() {
-                let i = after_first + after;
-                let cell = cells.start + i;
-                let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
-                let below = self.flux_within_ply(cell, here, next, R::constant(nodes.cells[i].half_over_next_1_m), 1);
-                let at = Position { ply: p, cell, face: None };
-                row.rhs_or_increment =
-                    self.second_stage_row(&mut sweep, at, here, below, *row, twice_inverse_step_1_s, step);
+            let rows = &mut system[cells.clone()];
+            match self.integrates_conductivity(p) {
+                true => self.second_stage_within::<true>(rows, &mut sweep, (p, cells, after_first), step),
+                false => self.second_stage_within::<false>(rows, &mut sweep, (p, cells, after_first), step),
             }
         }
         self.thermal.system = system;

@@ -1,10 +1,12 @@
 //! Linear interpolation in the tables of a plan.
 //!
-//! Rows are table steps, found without a search; or they start at the nodes of the files too. Then a directory has an
-//! entry for each of many equal buckets of a step: the row at its start, and the two rows at most that start within it.
+//! Rows are table steps, found without a search; or they start at the nodes of the files too. If these are few besides
+//! equal steps from an origin, a list has the origin and the others, which are counted up to a temperature. Else a
+//! directory has an entry for each of many equal buckets of a step: the row at its start, and the two rows at most that
+//! start within it.
 
 use super::Real;
-use crate::layout::{COLUMNS_PER_LOAD, TABLE_STEP_K, TableLocation};
+use crate::layout::{COLUMNS_PER_LOAD, TABLE_STEP_K, TABLE_STEPS, TableLocation};
 
 /// Position of a temperature in a table: the row, an integer, and the distance from its start in table steps.
 #[derive(Clone, Copy)]
@@ -13,20 +15,85 @@ pub struct TableIndex<R: Real> {
     pub fraction: R,
 }
 
+/// What finds the row of a temperature in the table at a location.
+#[derive(Clone, Copy)]
+pub enum RowSearch<'a, R: Real> {
+    /// Rows are the table steps, up to this one.
+    Steps(u32),
+    /// Rows are equal steps from an origin, and start at some further positions.
+    List(R::Constant, &'a [R::Scalar]),
+    /// A directory from this word on.
+    Directory(&'a [R::Scalar], &'a TableLocation<u32>),
+}
+
+impl<'a, R: Real> RowSearch<'a, R> {
+    /// The search of the table at a location.
+    #[inline(always)]
+    pub fn new(tables: &'a [R::Scalar], location: &'a TableLocation<u32>) -> Self {
+        if location.directory == 0 {
+            return Self::Steps(location.last_bucket);
+        }
+        let words = &tables[location.directory as usize..];
+        if location.list_length == 0 {
+            return Self::Directory(words, location);
+        }
+        Self::List(R::constant(words[0]), &words[COLUMNS_PER_LOAD..][..location.list_length as usize - 1])
+    }
+}
+
 /// Position of a temperature in the table at a location. Above the last row that row is extrapolated.
 #[inline(always)]
 pub fn table_index<R: Real>(temperature_k: R, tables: &[R::Scalar], location: &TableLocation<u32>) -> TableIndex<R> {
-    let position = temperature_k * R::constant_from_f64(1.0 / TABLE_STEP_K);
-    if location.directory == 0 {
-        let row = position.floor_clamped(location.last_bucket);
-        return TableIndex { row, fraction: position - row };
+    match RowSearch::<R>::new(tables, location) {
+        RowSearch::Steps(last) => index_by_steps(temperature_k, last),
+        RowSearch::List(origin, starts) => index_by_list(temperature_k, origin, starts),
+        RowSearch::Directory(words, location) => index_by_directory(temperature_k, words, location),
     }
+}
+
+/// A temperature in table steps.
+#[inline(always)]
+fn in_steps<R: Real>(temperature_k: R) -> R {
+    temperature_k * R::constant_from_f64(1.0 / TABLE_STEP_K)
+}
+
+/// [`table_index`] where rows are the table steps.
+#[inline(always)]
+pub fn index_by_steps<R: Real>(temperature_k: R, last: u32) -> TableIndex<R> {
+    let position = in_steps(temperature_k);
+    let row = position.floor_clamped(last);
+    TableIndex { row, fraction: position - row }
+}
+
+/// [`table_index`] where rows are equal steps from an origin, and start at some further positions.
+#[inline(always)]
+pub fn index_by_list<R: Real>(temperature_k: R, origin: R::Constant, starts: &[R::Scalar]) -> TableIndex<R> {
+    let position = in_steps(temperature_k);
+    let step = (position - origin).floor_clamped(TABLE_STEPS as u32 - 1);
+    let (mut row, mut own_start) = (step, step + origin);
+    for &start in starts {
+        let start = R::constant(start);
+        let passed = position.reaches(start);
+        row = row + passed;
+        own_start = own_start.max(passed * start);
+    }
+    TableIndex { row, fraction: position - own_start }
+}
+
+/// [`table_index`] by a directory.
+#[inline(always)]
+pub fn index_by_directory<R: Real>(
+    temperature_k: R,
+    words: &[R::Scalar],
+    location: &TableLocation<u32>,
+) -> TableIndex<R> {
+    let position = in_steps(temperature_k);
     let scaled = position * R::constant_from_f64(f64::from(location.buckets_per_step));
     let bucket = scaled.floor_clamped(location.last_bucket);
     let mut row_offset = [R::FIRST_ROW];
     let directory = R::table_rows(
         &mut row_offset,
-        &tables[location.directory as usize..],
+        words,
         COLUMNS_PER_LOAD,
         #[inline(always)]
         |_| bucket,

@@ -125,6 +125,14 @@ impl Plan {
         }
         count("offset of a directory beyond whole groups", table.directory as usize % COLUMNS_PER_LOAD, 0)?;
         at_most("the start of a directory", end, table.directory as usize)?;
+        if table.list_length > 0 {
+            let end = table.directory as usize
+                + COLUMNS_PER_LOAD * (1 + (table.list_length as usize - 1).div_ceil(COLUMNS_PER_LOAD));
+            at_most("the end of a list of row starts", end, tables.len())?;
+            let starts = tables[table.directory as usize + COLUMNS_PER_LOAD..end].iter();
+            let started = starts.filter(|&&start| start <= TABLE_STEPS as f64).count();
+            return at_most("the rows of a list of row starts", TABLE_STEPS + started, table.rows as usize);
+        }
         let end = table.directory as usize + COLUMNS_PER_LOAD * (table.last_bucket as usize + 1);
         at_most("the end of a directory", end, tables.len())?;
         let entries = tables[table.directory as usize..end].as_chunks::<COLUMNS_PER_LOAD>().0;

@@ -135,8 +135,8 @@ impl RecordInterpolation {
     /// Replace the records before `known_s` by the parabola through the three that follow in the first segment, or what
     /// there is of it; where those have one sign, by zero if the parabola has the other.
     pub(crate) fn extrapolate_start(&self, known_s: f64, records: &mut [f64]) {
-        let close_s = time_tolerance_s(self.times_s[self.times_s.len() - 1]);
-        let known = self.times_s.partition_point(|&time_s| time_s < known_s - close_s);
+        // First steps may be shorter than any tolerance of times; records are at steps.
+        let known = self.times_s.partition_point(|&time_s| time_s < known_s);
         let end = self.breaks.get(1).map_or(0, |&record| record + 1);
         if known >= end {
             return;
@@ -479,6 +479,10 @@ mod tests {
         let close = |one: f64, other: f64| (one - other).abs() < 1e-12;
         assert!(close(found[0], parabola(0.0)) && close(found[1], parabola(1.0)), "{found:?}");
         assert_eq!(extrapolated(|t| t - 2.0)[..2], [0.0, 0.0]);
+
+        let mut records = [0.0, 9.0, 5.0, 5.0, 5.0, 5.0];
+        RecordInterpolation::new(&[0.0, 1e-9, 2e-7, 1e-6, 4e-6, 2e4], &[], &[]).extrapolate_start(2e-7, &mut records);
+        assert!(records.iter().all(|record| close(*record, 5.0)), "of steps below the tolerance of times: {records:?}");
     }
 
     #[test]

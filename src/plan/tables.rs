@@ -1,11 +1,11 @@
 //! Material properties as columns of tables over temperature.
 //!
 //! A table has the nodes of the files and every step of a uniform grid. Between nodes all properties are linear, so
-//! that stated tables are exact, jumps included; a directory finds the row of a temperature. The parts of a
+//! that stated tables are exact, jumps included; a list or a directory finds the row of a temperature. The parts of a
 //! conductivity that are smooth formulas are linear between the nodes of the uniform grid, with values that keep their
 //! integral.
 
-mod directory;
+mod row_search;
 
 use super::factor_columns::conductivity_columns;
 use crate::case::air::{
@@ -19,7 +19,7 @@ use crate::physics::layout::{
     FACE_COLUMNS, GAS_COLUMNS, MAX_STATES, PoreClass, TABLE_START_K, TABLE_STEP_K, TABLE_STEPS, TableLocation,
     properties_per_state,
 };
-use directory::Directory;
+use row_search::RowSearch;
 use std::sync::Arc;
 
 /// A node this close to a table step is at it, K: the rounding of a temperature in another unit.
@@ -34,6 +34,8 @@ const LOWER_BOUND_RANGE_K: f64 = 100.0;
 /// Largest correction of a formula's value at a node that keeps its integral, as a share of the value: near absolute
 /// zero a power law is not smooth on the scale of the grid.
 const MAX_CORRECTION: f64 = 0.01;
+/// Corners of a table that are tried as origins of its steps.
+const MAX_ORIGINS: usize = 64;
 
 /// All tables of a case, that of the faces last, with the location of each ply's.
 #[derive(Clone, Debug)]
@@ -56,12 +58,13 @@ impl Tables {
                 Some(before) => locations[before],
                 None => {
                     let levels_pa = pressure_levels_pa(case, ply);
-                    let level = |&pa| ply_columns(case, &ply.material, pa, [own, parts]);
-                    append_table(&mut words, &levels_pa.iter().map(level).collect::<Vec<_>>())
+                    let origin_k = ply_origin_k(case, &ply.material);
+                    let level = |&pa| ply_columns(case, &ply.material, origin_k, pa, [own, parts]);
+                    append_table(&mut words, origin_k, &levels_pa.iter().map(level).collect::<Vec<_>>())
                 }
             });
         }
-        locations.push(append_table(&mut words, &[face_columns(case)]));
+        locations.push(append_table(&mut words, TABLE_START_K, &[face_columns(case)]));
         Self { values: words.into(), locations }
     }
 }
@@ -156,12 +159,12 @@ struct Node {
     above_k: f64,
 }
 
-/// The nodes of some properties: every corner of one, and every table step. Corners of different properties that are
-/// closer than those of one property may be are one node.
-fn nodes<'a>(properties: impl Iterator<Item = &'a Table>) -> Vec<Node> {
-    let end_k = TABLE_START_K + TABLE_STEP_K * TABLE_STEPS as f64;
+/// The nodes of some properties: every corner of one, and every table step from an origin. Corners of different
+/// properties that are closer than those of one property may be are one node.
+fn nodes<'a>(origin_k: f64, properties: impl Iterator<Item = &'a Table>) -> Vec<Node> {
     let mut corners_k: Vec<f64> = properties.flat_map(Table::corners_k).collect();
-    let inside_k = TABLE_START_K + TABLE_TEMPERATURE_DISTANCE_K..end_k - TABLE_TEMPERATURE_DISTANCE_K;
+    let step_k = |step: usize| origin_k + TABLE_STEP_K * step as f64;
+    let inside_k = origin_k + TABLE_TEMPERATURE_DISTANCE_K..step_k(TABLE_STEPS) - TABLE_TEMPERATURE_DISTANCE_K;
     corners_k.retain(|corner_k| inside_k.contains(corner_k));
     corners_k.sort_by(f64::total_cmp);
     let mut nodes: Vec<Node> = vec![];
@@ -174,36 +177,67 @@ fn nodes<'a>(properties: impl Iterator<Item = &'a Table>) -> Vec<Node> {
     let mut near_steps = vec![false; TABLE_STEPS + 1];
     for node in &mut nodes {
         node.at_k = 0.5 * (node.below_k + node.above_k);
-        let step = ((node.at_k - TABLE_START_K) / TABLE_STEP_K).round();
-        let distance_k = (TABLE_START_K + TABLE_STEP_K * step - node.at_k).abs();
-        near_steps[step as usize] |= distance_k < TABLE_TEMPERATURE_DISTANCE_K;
+        let step = ((node.at_k - origin_k) / TABLE_STEP_K).round() as usize;
+        let distance_k = (step_k(step) - node.at_k).abs();
+        near_steps[step] |= distance_k < TABLE_TEMPERATURE_DISTANCE_K;
         if distance_k < ROUNDING_K {
-            node.at_k = TABLE_START_K + TABLE_STEP_K * step;
+            node.at_k = step_k(step);
         }
     }
     let steps = (0..=TABLE_STEPS).filter(|&step| !near_steps[step]);
     nodes.extend(steps.map(|step| {
-        let at_k = TABLE_START_K + TABLE_STEP_K * step as f64;
+        let at_k = step_k(step);
         Node { at_k, below_k: at_k, above_k: at_k.max(f64::MIN_POSITIVE) }
     }));
     nodes.sort_by(|a, b| a.at_k.total_cmp(&b.at_k));
     nodes
 }
 
-/// Append a table of some columns at each level, and its directory where it needs one.
-fn append_table(words: &mut Vec<f64>, levels: &[Vec<Column>]) -> TableLocation<u32> {
+/// The temperature from which on most corners of the stated tables of a ply are table steps, K: the start of the
+/// tables, or, where no corner is near it, less than a step above it. Tables over degrees Celsius, or from 283 K in
+/// steps of ten, are common.
+fn ply_origin_k(case: &Case, material: &Material) -> f64 {
+    let conductivities = conductivity_and_heat_capacity(material).flat_map(|(conductivity, _)| match conductivity {
+        Conductivity::Tables(tables) => tables.iter().flat_map(|(_, table)| table.corners_k()).collect(),
+        Conductivity::ThreePart(_) => vec![],
+    });
+    let heat_capacities = conductivity_and_heat_capacity(material).flat_map(|(_, table)| table.corners_k());
+    let gas_columns = gas_columns(case);
+    let of_gas = gas_columns.iter().flat_map(|column| match column {
+        Column::Property(table) => table.corners_k(),
+        _ => vec![],
+    });
+    let corners_k: Vec<f64> = conductivities.chain(heat_capacities).chain(of_gas).collect();
+    let on_steps = |origin_k: f64| {
+        let distance_k = |corner_k: &&f64| {
+            let steps = (**corner_k - origin_k) / TABLE_STEP_K;
+            (steps - steps.round()).abs() * TABLE_STEP_K
+        };
+        corners_k.iter().filter(|corner_k| distance_k(corner_k) < ROUNDING_K).count()
+    };
+    if corners_k.iter().any(|corner_k| *corner_k < TABLE_START_K + 2.0 * TABLE_STEP_K) {
+        return TABLE_START_K;
+    }
+    let origins_k = corners_k.iter().take(MAX_ORIGINS).map(|corner_k| (corner_k - TABLE_START_K) % TABLE_STEP_K);
+    let counted = origins_k.map(|origin_k| (on_steps(TABLE_START_K + origin_k), TABLE_START_K + origin_k));
+    let first = (on_steps(TABLE_START_K), TABLE_START_K);
+    counted.fold(first, |most, other| if other.0 > most.0 { other } else { most }).1
+}
+
+/// Append a table of some columns at each level, and what finds its rows.
+fn append_table(words: &mut Vec<f64>, origin_k: f64, levels: &[Vec<Column>]) -> TableLocation<u32> {
     let properties = levels.iter().flatten().filter_map(|column| match column {
         Column::Property(table) => Some(table),
         _ => None,
     });
-    let nodes = nodes(properties);
+    let nodes = nodes(origin_k, properties);
     let (rows, offset) = (nodes.len() - 1, words.len() as u32);
     for level in levels {
         let columns = columns_at(level, &nodes);
         words.extend((0..rows).flat_map(|row| columns.iter().flat_map(move |column| column[row])));
     }
     let positions: Vec<f64> = nodes.iter().map(|node| (node.at_k - TABLE_START_K) / TABLE_STEP_K).collect();
-    let directory = Directory::new(&positions);
+    let search = RowSearch::new(&positions);
     let end = words.len() as u32;
     let advances_enthalpy = levels[0].iter().any(|column| matches!(column, Column::LowerBound(_)));
     // The integrals of heat capacities are two columns from them.
@@ -213,13 +247,20 @@ fn append_table(words: &mut Vec<f64>, levels: &[Vec<Column>]) -> TableLocation<u
         offset,
         columns: 2 * levels[0].len() as u32,
         rows: rows as u32,
-        directory: directory.as_ref().map_or(0, |_| end),
-        buckets_per_step: directory.as_ref().map_or(1, |directory| directory.buckets_per_step),
-        last_bucket: directory.as_ref().map_or(rows, |directory| directory.entries.len()) as u32 - 1,
+        directory: if search == RowSearch::Steps { 0 } else { end },
+        buckets_per_step: if let RowSearch::Directory { buckets_per_step, .. } = &search {
+            *buckets_per_step
+        } else {
+            1
+        },
+        last_bucket: if let RowSearch::Directory { entries, .. } = &search { entries.len() } else { rows } as u32 - 1,
+        list_length: if let RowSearch::List { length, .. } = &search { *length } else { 0 },
         conductivity_integral: conductivity_integral.unwrap_or(0) as u32,
         enthalpy_search_span: if advances_enthalpy { (rows as u32).next_power_of_two() / 2 } else { 0 },
     };
-    words.extend(directory.into_iter().flat_map(|directory| directory.entries).flatten());
+    if let RowSearch::List { groups, .. } | RowSearch::Directory { entries: groups, .. } = search {
+        words.extend(groups.into_iter().flatten());
+    }
     location
 }
 
@@ -247,7 +288,12 @@ fn columns_at(columns: &[Column], nodes: &[Node]) -> Vec<Vec<[f64; 2]>> {
             }
             Column::Integral(distance) => {
                 let of = &found[found.len() - distance];
-                let mut sums = vec![0.0];
+                let mut sums = vec![match &columns[found.len() - distance] {
+                    Column::Property(table) => {
+                        integral_between(table, &table.corners_k(), TABLE_START_K, nodes[0].at_k)
+                    }
+                    _ => 0.0,
+                }];
                 for (row, [start, rise]) in of.iter().enumerate() {
                     sums.push(sums[row] + steps(row) * TABLE_STEP_K * (start + 0.5 * rise * steps(row)));
                 }
@@ -354,12 +400,18 @@ pub(super) fn pores_of(case: &Case, ply: &Ply) -> Vec<Vec<PoreClass<f64>>> {
 
 /// Columns of a ply's table at a pressure level: of its states, with `own` conductivity parts of its ply and columns
 /// for `parts`; then those of the gas.
-fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]: [usize; 2]) -> Vec<Column> {
+fn ply_columns(
+    case: &Case,
+    material: &Material,
+    origin_k: f64,
+    pressure_pa: f64,
+    [own, parts]: [usize; 2],
+) -> Vec<Column> {
     let follows_pressure = pressure_changes(case);
     let states = conductivity_and_heat_capacity(material).take(tabulated_states(material));
     let mut columns = vec![];
     for (conductivity, heat_capacity) in states {
-        let part = |of: [bool; 3]| conductivity_part(conductivity, pressure_pa, follows_pressure, of);
+        let part = |of: [bool; 3]| conductivity_part(conductivity, origin_k, pressure_pa, follows_pressure, of);
         let (first, radiative, gas) = match own {
             1 => ([true; 3], [false; 3], [false; 3]),
             2 => ([true, true, false], [false, false, true], [false; 3]),
@@ -379,7 +431,8 @@ fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]:
     debug_assert_eq!(columns.len(), tabulated_states(material) * properties_per_state(parts), "the layout's columns");
     columns.extend(gas_columns(case));
     if case_integrates_conductivity(case, material) {
-        let conductivity = conductivity_part(&material.conductivity, pressure_pa, follows_pressure, [true; 3]);
+        let conductivity =
+            conductivity_part(&material.conductivity, origin_k, pressure_pa, follows_pressure, [true; 3]);
         columns.extend([
             Column::Integral(columns.len()),
             Column::Position,
@@ -395,7 +448,13 @@ fn ply_columns(case: &Case, material: &Material, pressure_pa: f64, [own, parts]:
 
 /// The sum of some parts of a conductivity (solid, gas, radiative) at a pressure. Of pores that follow a changing
 /// pressure the gas part is the conductivity of unconfined air.
-fn conductivity_part(conductivity: &Conductivity, pressure_pa: f64, follows_pressure: bool, of: [bool; 3]) -> Table {
+fn conductivity_part(
+    conductivity: &Conductivity,
+    origin_k: f64,
+    pressure_pa: f64,
+    follows_pressure: bool,
+    of: [bool; 3],
+) -> Table {
     let sum = |parts: [f64; 3]| parts.iter().zip(of).map(|(part, counts)| if counts { *part } else { 0.0 }).sum();
     match conductivity {
         Conductivity::Tables(tables) => {
@@ -408,7 +467,7 @@ fn conductivity_part(conductivity: &Conductivity, pressure_pa: f64, follows_pres
                 |temperature_k| sum(conductivity.parts_just_below(temperature_k, pressure_pa)),
             )
         }
-        Conductivity::ThreePart(parts) => smooth(|temperature_k| {
+        Conductivity::ThreePart(parts) => smooth(origin_k, |temperature_k| {
             let [solid, mut gas, radiative] = conductivity.parts(temperature_k, pressure_pa);
             if follows_pressure && !parts.pores.is_empty() {
                 gas = air_conductivity_w_m_k(temperature_k);
@@ -435,12 +494,12 @@ fn piecewise_linear(corners_k: &[f64], at: impl Fn(f64) -> f64, just_below: impl
     Table { temperatures_k, values, outside: OutOfRange::Clamp }
 }
 
-/// A smooth function, linear between table steps. The values at the nodes are lowered by a twelfth of the second
-/// difference, so that the integral over each step is that of the function up to the fourth order of the step: chords
-/// of a convex conductivity would be up to 2e-4 too high.
-fn smooth(function: impl Fn(f64) -> f64) -> Table {
+/// A smooth function, linear between table steps from an origin. The values at the nodes are lowered by a twelfth of
+/// the second difference, so that the integral over each step is that of the function up to the fourth order of the
+/// step: chords of a convex conductivity would be up to 2e-4 too high.
+fn smooth(origin_k: f64, function: impl Fn(f64) -> f64) -> Table {
     let temperatures_k: Vec<f64> =
-        (0..=TABLE_STEPS).map(|step| (TABLE_START_K + TABLE_STEP_K * step as f64).max(1e-6)).collect();
+        (0..=TABLE_STEPS).map(|step| (origin_k + TABLE_STEP_K * step as f64).max(1e-6)).collect();
     let exact: Vec<f64> = temperatures_k.iter().map(|&temperature_k| function(temperature_k)).collect();
     let mut values = exact.clone();
     for (value, around) in values[1..].iter_mut().zip(exact.windows(3)) {
@@ -530,7 +589,7 @@ mod tests {
         let (from_k, to_k) = (300.0_f64, 1500.0_f64);
         let exact = 1e-9 * (to_k.powi(4) - from_k.powi(4)) / 4.0;
         let integral = |table: &Table| integral_to(table, to_k) - integral_to(table, from_k);
-        let error = (integral(&smooth(cubic)) / exact - 1.0).abs();
+        let error = (integral(&smooth(TABLE_START_K, cubic)) / exact - 1.0).abs();
         let nodes: Vec<f64> = (0..=TABLE_STEPS).map(|step| (TABLE_STEP_K * step as f64).max(1e-6)).collect();
         let values = nodes.iter().map(|&node_k| cubic(node_k)).collect();
         let chords = Table { temperatures_k: nodes, values, outside: OutOfRange::Clamp };

@@ -3,6 +3,7 @@
 use crate::case::OpenFace;
 use crate::case::*;
 use crate::case::{Provenance, SourceKind};
+use crate::fit::proportion::Proportion;
 use crate::fit::{DropReason, Dropped};
 use crate::march::{Backend, Precision};
 use crate::study::answers::Answers;
@@ -10,7 +11,6 @@ use crate::study::depth_profiles::{DepthProfiles, ProfileBands, ProfileDepth};
 use crate::study::estimate::ParameterEstimates;
 use crate::study::nominal::{ErrorEstimate, Misfit, Peak, Prediction};
 use crate::study::posterior::Posterior;
-use crate::study::proportion::Proportion;
 use crate::study::run_record::RunRecord;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::simultaneous_band::SimultaneousBand;

@@ -1,8 +1,8 @@
 //! Formats of numbers, units and names.
 
 use crate::case::{Factor, Property};
+use crate::fit::proportion::Proportion;
 use crate::study::nominal::ErrorEstimate;
-use crate::study::proportion::Proportion;
 use crate::traces::Gauge;
 
 /// 0 °C, K.

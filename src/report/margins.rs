@@ -10,10 +10,10 @@ use super::reportable::Finding;
 use super::terminal::{Column, aligned, head};
 use super::{ReportError, format};
 use crate::case::{LimitedPart, TemperatureLimit};
+use crate::fit::proportion::Proportion;
 use crate::study::answers::Answers;
 use crate::study::margins::{HeatLoad, Margin, MarginSpread};
 use crate::study::nominal::Prediction;
-use crate::study::proportion::Proportion;
 
 /// Questions whose answer has margins.
 const QUESTIONS: [&str; 4] = ["predict", "uncertainty", "study", "merge"];

@@ -8,8 +8,11 @@ use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
 use super::{ReportError, format};
+use crate::fit::reliability::DesignPoint;
 use crate::study::answers::Answers;
-use crate::study::sequential_sampling::{HalfWidth, Importance, Look, MIN_EFFECTIVE, PrecisionReached, TargetQuantity};
+use crate::study::sequential_sampling::{
+    HalfWidth, Importance, Look, MIN_EFFECTIVE, PlainReason, PrecisionReached, RARE, TAIL, TargetQuantity,
+};
 use serde::Serialize;
 
 impl Reportable for PrecisionReached {
@@ -28,11 +31,12 @@ impl Reportable for PrecisionReached {
 
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
         let label = if is_percentile(self) { "Percentile" } else { "Probability" };
-        let point = self.importance.as_ref().map(|importance| Finding {
-            label: "Most probable combination",
-            text: most_probable(answers, self, importance),
+        let points = self.importance.iter().flat_map(|importance| most_probable(answers, self, importance));
+        let points = points.enumerate().map(|(place, text)| Finding {
+            label: if place == 0 { "Most probable combination" } else { "Further combination" },
+            text,
         });
-        std::iter::once(Finding { label, text: result(answers, self) }).chain(point).collect()
+        std::iter::once(Finding { label, text: result(answers, self) }).chain(points).collect()
     }
 
     fn warnings(&self, answers: &Answers) -> Vec<String> {
@@ -46,8 +50,10 @@ impl Reportable for PrecisionReached {
                     MIN_EFFECTIVE
                 )
             });
+            let elsewhere =
+                self.importance.as_ref().map_or(String::new(), |importance| format!(" {}", elsewhere_text(importance)));
             warnings.push(format!(
-                "The interval is not within {} after {}: raise the largest number of members, {}.{few}",
+                "The interval is not within {} after {}: raise the largest number of members, {}.{few}{elsewhere}",
                 half_width_text(self.target.half_width, is_percentile(self)),
                 format::counted(self.members(), "member"),
                 format::count(self.max_members)
@@ -79,11 +85,12 @@ impl Reportable for PrecisionReached {
             .to_owned();
         let interval = match (&self.importance, is_percentile(self)) {
             (Some(_), _) => {
-                "Importance sampling: nine tenths of the members are drawn about the design point, the most probable \
-                 combination of factors that reaches the temperature, found from exact derivatives (Zhang & Der \
-                 Kiureghian, 1995); a tenth is drawn plainly, so that no weight exceeds ten (Hesterberg, Technometrics \
-                 37, 1995). The estimate is unbiased, and the interval is that of the weighted members. A second, \
-                 distant combination that reaches the temperature is found by the plain members alone."
+                "Importance sampling: a fifth of the members is drawn about the design points, the most probable \
+                 combinations of factors that reach the temperature, searched from nine starts with exact derivatives \
+                 (Zhang & Der Kiureghian, 1995); four fifths are drawn plainly. Near the design points members are \
+                 weighted (Hesterberg, Technometrics 37, 1995); away from them the plain ones are counted, with the \
+                 interval of Clopper and Pearson, so that a combination that no search found is part of the interval. \
+                 The intervals of both parts are combined after Zou & Donner (Stat. Med. 27, 2008)."
             }
             (None, true) => "The interval of a percentile is that of order statistics, valid for any distribution.",
             (None, false) => "The interval of a probability is that of Clopper and Pearson.",
@@ -105,8 +112,8 @@ impl Reportable for PrecisionReached {
     }
 
     fn screen(&self, answers: &Answers, _: &ScreenLimits) -> Vec<String> {
-        let point = self.importance.as_ref().map(|importance| most_probable(answers, self, importance));
-        std::iter::once(result(answers, self)).chain(point).flat_map(|text| wrap("", &text)).collect()
+        let points = self.importance.iter().flat_map(|importance| most_probable(answers, self, importance));
+        std::iter::once(result(answers, self)).chain(points).flat_map(|text| wrap("", &text)).collect()
     }
 }
 
@@ -160,48 +167,93 @@ fn result(answers: &Answers, found: &PrecisionReached) -> String {
     let method = if found.importance.is_some() { " of importance sampling" } else { "" };
     let wanted = half_width_text(found.target.half_width, is_percentile(found));
     let reached = if found.is_reached { "within" } else { "NOT within" };
-    let plain = found.importance.as_ref().filter(|importance| importance.estimate.exceeding > 0).map(|importance| {
-        format!(
+    let plain = match (&found.importance, found.plain_reason) {
+        (Some(importance), _) if importance.estimate.exceeding > 0 => format!(
             " Plain sampling would take {} members for this interval.",
-            format::significant(importance.estimate.equivalent_members(), 2)
-        )
-    });
+            format::significant(importance.estimate.equivalent_members(TAIL), 2)
+        ),
+        (None, Some(reason)) => format!(" {}", plain_reason_text(reason)),
+        _ => String::new(),
+    };
     format!(
         "{}{sign} {}{unit}, 95 % interval {}{unit}: {reached} {wanted}, from {}{method}.{}",
         quantity_text(answers, found),
         value_text(found, look.estimate),
         interval_text(found, look),
         format::counted(look.members, "member"),
-        plain.unwrap_or_default()
+        plain
+    )
+}
+
+/// Why the members of a probability were drawn plainly, as a sentence.
+fn plain_reason_text(reason: PlainReason) -> String {
+    match reason {
+        PlainReason::Frequent { first_order } => format!(
+            "Members were drawn plainly: by the first-order method the probability is {}, and importance sampling \
+             begins below {}.",
+            format::significant(first_order, 2),
+            format::percent(RARE)
+        ),
+        PlainReason::NoDesignPoint => "Members were drawn plainly: no search for a combination of factors that \
+                                       reaches the temperature converged, as where none within their bounds does."
+            .to_owned(),
+        PlainReason::HeldEmissivity => "Members were drawn plainly: the emissivity of a face that a pyrometer holds \
+                                        is drawn too, and a search for the most probable combination does not know \
+                                        it."
+        .to_owned(),
+    }
+}
+
+/// What the plainly drawn members say of combinations away from the design points.
+fn elsewhere_text(importance: &Importance) -> String {
+    let (low, high) = importance.estimate.elsewhere_interval(TAIL);
+    format!(
+        "Away from {}, {} of {} drawn plainly exceed the temperature: this part of the probability is between {} and \
+         {}.",
+        match importance.design.points.len() {
+            1 => "the most probable combination".to_owned(),
+            several => format!("the {several} most probable combinations"),
+        },
+        format::count(importance.estimate.elsewhere),
+        format::counted(importance.estimate.plain, "member"),
+        format::significant(low, 2),
+        format::significant(high, 2)
     )
 }
 
 /// Factors by importance: index and share.
-fn by_importance(importance: &Importance) -> Vec<(usize, f64)> {
-    let squares = importance.design_point.direction.iter().map(|by| by * by);
+fn by_importance(point: &DesignPoint) -> Vec<(usize, f64)> {
+    let squares = point.direction.iter().map(|by| by * by);
     let mut shares: Vec<(usize, f64)> = squares.enumerate().collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     shares
 }
 
-fn most_probable(answers: &Answers, found: &PrecisionReached, importance: &Importance) -> String {
-    let named: Vec<String> = by_importance(importance)
-        .into_iter()
-        .filter(|(_, share)| *share >= 0.05)
-        .take(4)
-        .map(|(factor, share)| {
-            let name = &answers.case.factors[factor].name;
-            format!("{name} = {} ({})", format::significant(importance.factors[factor], 3), format::percent(share))
-        })
-        .collect();
-    format!(
-        "{} is reached most probably at {}, with the importance of each factor; reliability index {}, first-order \
-         probability {}.",
-        temperature_text(found),
-        format::list(&named),
-        format::significant(importance.design_point.reliability_index, 3),
-        format::significant(importance.design_point.first_order_probability(), 2)
-    )
+/// A sentence for each design point.
+fn most_probable(answers: &Answers, found: &PrecisionReached, importance: &Importance) -> Vec<String> {
+    let sentence = |(place, (point, factors)): (usize, (&DesignPoint, &Vec<f64>))| {
+        let named: Vec<String> = by_importance(point)
+            .into_iter()
+            .filter(|(_, share)| *share >= 0.05)
+            .take(4)
+            .map(|(factor, share)| {
+                let name = &answers.case.factors[factor].name;
+                format!("{name} = {} ({})", format::significant(factors[factor], 3), format::percent(share))
+            })
+            .collect();
+        let [is_reached, with] = match place {
+            0 => ["is reached most probably at", ", with the importance of each factor"],
+            _ => ["is also reached at", ""],
+        };
+        format!(
+            "{} {is_reached} {}{with}; reliability index {}, first-order probability {}.",
+            temperature_text(found),
+            format::list(&named),
+            format::significant(point.reliability_index, 3),
+            format::significant(point.first_order_probability(), 2)
+        )
+    };
+    importance.design.points.iter().zip(&importance.factors).enumerate().map(sentence).collect()
 }
 
 fn temperature_text(found: &PrecisionReached) -> String {
@@ -225,36 +277,40 @@ fn page(answers: &Answers, found: &PrecisionReached) -> String {
     let unit = if is_percentile(found) { ", K" } else { "" };
     let head = ["Members", &format!("Estimate{unit}"), &format!("95 % interval{unit}"), &format!("Half-width{unit}")];
     let mut text = vec![result(answers, found)];
-    let mut point = String::new();
+    let mut points = String::new();
     if let Some(importance) = &found.importance {
-        text.push(most_probable(answers, found, importance));
+        text.extend(most_probable(answers, found, importance));
         text.push(format!(
-            "{} of {} exceed the temperature; their weights have the information of {} of equal weight.",
+            "{} of {} exceed the temperature; they have the information of {} of equal weight. {}",
             format::count(importance.estimate.exceeding),
             format::counted(importance.estimate.members, "member"),
-            format::significant(importance.estimate.effective_exceeding(), 3)
+            format::significant(importance.estimate.effective_exceeding(), 3),
+            elsewhere_text(importance)
         ));
-        let rows: Vec<Vec<String>> = by_importance(importance)
-            .into_iter()
-            .map(|(factor, share)| {
-                let of = &answers.case.factors[factor];
-                vec![
-                    of.name.clone(),
-                    format::factor_meaning(of),
-                    format::significant(of.nominal, 3),
-                    format::significant(importance.factors[factor], 3),
-                    format::grouped(importance.design_point.scores[factor], 2),
-                    format::grouped(100.0 * share, 1),
-                ]
-            })
-            .collect();
-        point = table(
-            &format!("Most probable combination of factors that reaches {}", temperature_text(found)),
-            &["Factor", "Scales", "Nominal", "There", "Standard normal variable", "Importance, %"],
-            &rows,
-        );
+        for (place, (at, factors)) in importance.design.points.iter().zip(&importance.factors).enumerate() {
+            let rows: Vec<Vec<String>> = by_importance(at)
+                .into_iter()
+                .map(|(factor, share)| {
+                    let of = &answers.case.factors[factor];
+                    vec![
+                        of.name.clone(),
+                        format::factor_meaning(of),
+                        format::significant(of.nominal, 3),
+                        format::significant(factors[factor], 3),
+                        format::grouped(at.scores[factor], 2),
+                        format::grouped(100.0 * share, 1),
+                    ]
+                })
+                .collect();
+            let which = if place == 0 { "Most probable combination" } else { "Further combination" };
+            points += &table(
+                &format!("{which} of factors that reaches {}", temperature_text(found)),
+                &["Factor", "Scales", "Nominal", "There", "Standard normal variable", "Importance, %"],
+                &rows,
+            );
+        }
     }
-    list(&text) + &point + &table("The interval over the members", &head, &looks)
+    list(&text) + &points + &table("The interval over the members", &head, &looks)
 }
 
 fn figure(answers: &Answers, found: &PrecisionReached) -> Figure {
@@ -305,8 +361,23 @@ struct Record<'a> {
     failed: usize,
     estimate: Option<f64>,
     interval: (Option<f64>, Option<f64>),
+    /// Why a probability was sampled plainly.
     #[serde(skip_serializing_if = "Option::is_none")]
-    design_point: Option<DesignPointRecord<'a>>,
+    plain_reason: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    importance_sampling: Option<ImportanceRecord<'a>>,
+}
+
+#[derive(Serialize)]
+struct ImportanceRecord<'a> {
+    design_points: Vec<DesignPointRecord<'a>>,
+    marches: usize,
+    exceeding: usize,
+    effective_exceeding: f64,
+    equivalent_members: f64,
+    plain_members: usize,
+    exceeding_elsewhere: usize,
+    elsewhere_interval: (f64, f64),
 }
 
 #[derive(Serialize)]
@@ -315,10 +386,6 @@ struct DesignPointRecord<'a> {
     importance: OrderedMap<'a, f64>,
     reliability_index: f64,
     first_order_probability: f64,
-    marches: usize,
-    exceeding: usize,
-    effective_exceeding: f64,
-    equivalent_members: f64,
 }
 
 impl<'a> Record<'a> {
@@ -346,17 +413,24 @@ impl<'a> Record<'a> {
             failed: found.failed,
             estimate: last.map(|look| look.estimate),
             interval: (last.and_then(|look| look.low), last.and_then(|look| look.high)),
-            design_point: found.importance.as_ref().map(|importance| {
-                let point = &importance.design_point;
-                DesignPointRecord {
-                    factors: OrderedMap(names.clone().zip(importance.factors.iter().copied()).collect()),
-                    importance: OrderedMap(names.zip(point.direction.iter().map(|by| by * by)).collect()),
+            plain_reason: found.plain_reason.map(plain_reason_text),
+            importance_sampling: found.importance.as_ref().map(|importance| {
+                let estimate = &importance.estimate;
+                let design_point = |(point, factors): (&DesignPoint, &Vec<f64>)| DesignPointRecord {
+                    factors: OrderedMap(names.clone().zip(factors.iter().copied()).collect()),
+                    importance: OrderedMap(names.clone().zip(point.direction.iter().map(|by| by * by)).collect()),
                     reliability_index: point.reliability_index,
                     first_order_probability: point.first_order_probability(),
-                    marches: point.evaluations,
-                    exceeding: importance.estimate.exceeding,
-                    effective_exceeding: importance.estimate.effective_exceeding(),
-                    equivalent_members: importance.estimate.equivalent_members(),
+                };
+                ImportanceRecord {
+                    design_points: importance.design.points.iter().zip(&importance.factors).map(design_point).collect(),
+                    marches: importance.design.evaluations,
+                    exceeding: estimate.exceeding,
+                    effective_exceeding: estimate.effective_exceeding(),
+                    equivalent_members: estimate.equivalent_members(TAIL),
+                    plain_members: estimate.plain,
+                    exceeding_elsewhere: estimate.elsewhere,
+                    elsewhere_interval: estimate.elsewhere_interval(TAIL),
                 }
             }),
         }

@@ -12,8 +12,8 @@ use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, wrap};
 use super::{ReportError, format};
+use crate::fit::proportion::{Proportion, draws_for_ten_percent_error};
 use crate::study::answers::Answers;
-use crate::study::proportion::{Proportion, draws_for_ten_percent_error};
 use crate::study::size::{RequiredThickness, Sizing};
 
 impl Reportable for Sizing {

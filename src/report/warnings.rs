@@ -3,8 +3,8 @@
 use super::{format, reportable};
 use crate::case::{CappedEmissivity, Case, Material, Ply};
 use crate::study::answers::Answers;
-use crate::study::nominal::Prediction;
-use crate::study::validity::MAX_BALANCE_RESIDUAL;
+use crate::study::nominal::{ErrorEstimate, Prediction};
+use crate::study::validity::{MAX_BALANCE_RESIDUAL, MOSTLY_ROUNDING};
 use crate::traces::MemberStatus;
 
 /// Excursions beyond a property table up to this are ignored, K: over a few kelvin no property changes.
@@ -70,25 +70,26 @@ pub(super) fn march_warnings(case: &Case, outcome: &Prediction, which: &str) -> 
             format::kelvin(*temperature_k)
         )),
     }
-    if let Some(reached) = outcome.error_estimate.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
-        let [kind, remedy] = match reached.is_rounding(reached.nominal_k, |rounding| rounding.nominal_k) {
-            true => ["rounding error", "march in f64"],
-            false => ["discretisation error", "set cells and steps in [resolution]"],
+    let is_above = |reached: &&ErrorEstimate| reached.is_above_tolerance(which == "nominal");
+    if let Some(reached) = outcome.error_estimate.as_ref().filter(is_above) {
+        let [cause, remedy] = match reached.is_rounding(reached.nominal_k, |rounding| rounding.nominal_k) {
+            true => [MOSTLY_ROUNDING, "march in f64"],
+            false => ["", "set cells and steps in [resolution]"],
         };
         warnings.push(format!(
-            "The {kind} of the {which} march is {} K, above the tolerance of {} K: {remedy}.",
+            "The discretisation error of the {which} march{cause} is {} K, above the tolerance of {} K: {remedy}.",
             format::significant(reached.nominal_k, 2),
             format::significant(reached.tolerance_k, 2)
         ));
     }
     if let Some(reached) = &outcome.error_estimate {
         for gauge in reached.gauges.iter().filter(|gauge| gauge.error > gauge.tolerance) {
-            let [kind, remedy] = match reached.is_rounding(gauge.error, |rounding| rounding.of_gauge(gauge.gauge)) {
-                true => ["rounding error", ": march in f64"],
-                false => ["discretisation error", ""],
+            let [cause, remedy] = match reached.is_rounding(gauge.error, |rounding| rounding.of_gauge(gauge.gauge)) {
+                true => [MOSTLY_ROUNDING, ": march in f64"],
+                false => ["", ""],
             };
             warnings.push(format!(
-                "The {kind} of the {which} march in {} is {}, above the tolerance of {}{remedy}.",
+                "The discretisation error of the {which} march in {}{cause} is {}, above the tolerance of {}{remedy}.",
                 format::gauge_name(gauge.gauge),
                 format::gauge_error(gauge.gauge, gauge.error),
                 format::gauge_error(gauge.gauge, gauge.tolerance)

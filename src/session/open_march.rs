@@ -128,17 +128,15 @@ impl Session {
                 Some(known) => Some(known),
                 None => in_pool(pool, || RoundingError::measure(case, plan))?,
             };
-            let too_large = rounding.as_ref().filter(|rounding| precision.is_none() && !rounding.is_small(plan));
+            let too_large = rounding.as_ref().filter(|_| precision.is_none()).and_then(|found| found.too_large(plan));
             let double = BackendOptions { precision: Some(Precision::F64), ..choice.clone() };
             // A device without f64 marches in f32, and the error is reported.
-            if let Some(found) = too_large
+            if let Some((output, share)) = too_large
                 && let Ok(opened) = open(&double)
             {
+                let share = two_digits(share);
                 remark = Some(format!(
-                    "Marched in f64: rounding in f32 would change the nominal march by up to {} K and its mass balance \
-                     by {} %.",
-                    two_digits(found.nominal_k),
-                    two_digits(100.0 * found.mass_balance)
+                    "Marched in f64: rounding in f32 would change {output} by up to {share} of the tolerance."
                 ));
                 (march, rounding) = (opened, None);
             }

@@ -5,7 +5,8 @@ use crate::case::Case;
 use crate::ensemble::SamplingKind;
 use crate::march::March;
 use crate::study::sequential_sampling::{
-    PrecisionReached, PrecisionTarget, TargetQuantity, importance_sampling_until, rare_design_point, sweep_until,
+    Drawing, PlainReason, PrecisionReached, PrecisionTarget, TargetQuantity, drawing, importance_sampling_until,
+    sweep_until,
 };
 use crate::study::simultaneous_band::Envelope;
 use crate::study::uncertainty::{SweepStatistics, failure_reason};
@@ -68,20 +69,28 @@ impl RunningStudy<'_> {
             return Err(InputError::general(format!("the nominal march failed: {reason}")).into());
         }
         let (case, plan) = (&self.answers.case, self.plan);
-        // The design point is one of the factors: it does not know the emissivity of a face that a pyrometer holds.
         let driver = self.answers.driver_emissivity.as_ref();
-        if let TargetQuantity::Exceedance { temperature_k } = target.quantity
-            && driver.is_none()
-            && let Some(design) = rare_design_point(case, plan, self.march, &sweep, target)?
-        {
+        let mut plain_reason = None;
+        if let TargetQuantity::Exceedance { temperature_k } = target.quantity {
             let march = &mut *self.march;
-            return Ok(importance_sampling_until(case, plan, march, &sweep, target, temperature_k, design)?);
+            let how = match driver {
+                // Design points are of the factors: they do not know the emissivity of a face that a pyrometer holds.
+                Some(_) => Drawing::Plain(PlainReason::HeldEmissivity),
+                None => drawing(case, plan, march, &sweep, target.sensor, temperature_k)?,
+            };
+            match how {
+                Drawing::Importance(design) => {
+                    return Ok(importance_sampling_until(case, plan, march, &sweep, target, temperature_k, design)?);
+                }
+                Drawing::Plain(reason) => plain_reason = Some(reason),
+            }
         }
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, plan, &nominal, bounds, kind, &self.march.monitor())?;
         let mut gathered =
             SweepStatistics::new(case, &nominal, &envelope, bounds, kind).with_driver_emissivity(driver, options.seed);
         let found = sweep_until(case, plan, self.march, &mut gathered, &sweep, target, members)?;
+        let found = PrecisionReached { plain_reason, ..found };
         self.answers.uncertainty = Some(gathered.results(&nominal, &sweep.sampling, gathered.members()));
         Ok(found)
     }

@@ -7,11 +7,11 @@ mod fit_row;
 
 use super::estimate::{EstimateError, ParameterEstimates, SearchOptions, estimate};
 use super::nominal::samples_in_window;
-use super::proportion::Proportion;
 use super::twin::Noise;
 use super::work_log::{NoLog, WorkLog};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+use crate::fit::proportion::Proportion;
 use crate::march::batching::{MAX_CONCURRENT_STUDIES, run_batched};
 use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;

@@ -1,6 +1,6 @@
 //! Margins of a case to its temperature limits: of one prediction, and of the members of a sweep.
 
-use super::proportion::{Proportion, quantile_ranks_95, upper_bound_rank};
+use crate::fit::proportion::{Proportion, quantile_ranks_95, upper_bound_rank};
 use crate::plan::Plan;
 use crate::traces::{Peak, Traces};
 
@@ -238,7 +238,7 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::proportion::min_draws_for_upper_bound;
+    use crate::fit::proportion::min_draws_for_upper_bound;
     use statrs::distribution::{ContinuousCDF, Normal};
 
     /// Even draws from 0 to 1.

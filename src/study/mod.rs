@@ -19,7 +19,6 @@ pub mod model_comparison;
 pub mod nominal;
 pub mod observation_check;
 pub mod posterior;
-pub mod proportion;
 #[cfg(feature = "serde")]
 pub(crate) mod row_journal;
 pub mod run_record;

@@ -6,7 +6,7 @@
 //! paths of the count gives 94.4 % in the worst case of a probability. So each look has an interval of 96 %, whose
 //! coverage at the end is at least 95 % (Frey, Am. Stat. 64, 2010, chooses the level in this way).
 //!
-//! A probability below [`RARE`] by the first-order method is computed by importance sampling about the design point.
+//! A probability below [`RARE`] by the first-order method is computed by importance sampling about the design points.
 //! Which method is used depends on the case alone, so that it does not bias the estimate.
 
 mod peak_limit_state;
@@ -15,11 +15,13 @@ mod target;
 pub use target::{HalfWidth, PrecisionTarget, TargetQuantity};
 
 use super::margins::quantile_rank;
-use super::proportion::{Proportion, quantile_ranks};
 use super::uncertainty::{Sweep, SweepStatistics};
 use crate::case::Case;
 use crate::ensemble::{Ensemble, StandardNormalSpace};
-use crate::fit::reliability::{DesignPoint, ImportanceEstimate, ImportanceSampling, LimitState, find_design_point};
+use crate::fit::proportion::{Proportion, quantile_ranks};
+use crate::fit::reliability::{
+    DesignPoint, DesignPoints, ImportanceEstimate, ImportanceSampling, LimitState, find_design_points,
+};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 use crate::traces::{MemberStatus, Traces};
@@ -31,7 +33,7 @@ pub const FIRST_LOOK: usize = 500;
 /// Members of a look relative to those of the look before.
 const GROWTH: f64 = 1.25;
 /// Probability of each tail of the interval of a look.
-const TAIL: f64 = 0.02;
+pub const TAIL: f64 = 0.02;
 /// Probability of exceedance, by the first-order method, below which importance sampling is used.
 pub const RARE: f64 = 0.05;
 /// Members above the limit, by their information, that importance sampling needs for an interval: fewer have no normal
@@ -56,6 +58,31 @@ pub struct PrecisionReached {
     pub failed: usize,
     /// Importance sampling; `None` where members were drawn plainly.
     pub importance: Option<Importance>,
+    /// Why the members of a probability were drawn plainly; `None` of a percentile.
+    pub plain_reason: Option<PlainReason>,
+}
+
+/// Why a probability was not computed by importance sampling.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub enum PlainReason {
+    /// It is not rare: this is its value by the first-order method.
+    Frequent {
+        /// Sum over the design points.
+        first_order: f64,
+    },
+    /// No search for a combination of factors that reaches the temperature converged.
+    NoDesignPoint,
+    /// The emissivity of a face, which a pyrometer holds, is drawn with the factors, and has no derivatives.
+    HeldEmissivity,
+}
+
+/// How the members of a probability are drawn.
+pub enum Drawing {
+    /// About design points.
+    Importance(DesignPoints),
+    /// Plainly.
+    Plain(PlainReason),
 }
 
 /// The estimate from the members so far.
@@ -73,15 +100,15 @@ pub struct Look {
     pub high: Option<f64>,
 }
 
-/// Importance sampling about a design point.
+/// Importance sampling about design points.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Importance {
-    /// The most probable point that reaches the temperature, in standard normal variables.
-    pub design_point: DesignPoint,
-    /// The factors there.
-    pub factors: Vec<f64>,
+    /// The most probable points that reach the temperature, in standard normal variables.
+    pub design: DesignPoints,
+    /// The factors at each of them.
+    pub factors: Vec<Vec<f64>>,
     /// Sums over the members.
     pub estimate: ImportanceEstimate,
 }
@@ -141,22 +168,29 @@ fn look(peaks_k: &[f64], quantity: TargetQuantity) -> Look {
     }
 }
 
-/// The design point of a target, if it is a rare exceedance.
+/// How the members of the probability that a sensor exceeds a temperature are drawn.
 ///
 /// # Errors
 /// When the device fails.
-pub fn rare_design_point(
+pub fn drawing(
     case: &Case,
     plan: &Plan,
     march: &mut dyn March,
     sweep: &Sweep,
-    target: &PrecisionTarget,
-) -> Result<Option<DesignPoint>, MarchError> {
-    let TargetQuantity::Exceedance { temperature_k } = target.quantity else { return Ok(None) };
+    sensor: usize,
+    temperature_k: f64,
+) -> Result<Drawing, MarchError> {
     let plan = plan.clone().without_gauges();
     let space = StandardNormalSpace::new(&case.factors, sweep.bounds, sweep.sampling.kind, &case.correlation);
-    let found = find_design_point(&mut PeakLimitState::new(&plan, march, &space, target.sensor, temperature_k))?;
-    Ok(Some(found).filter(|found| found.converged && found.first_order_probability() < RARE))
+    let found = find_design_points(&mut PeakLimitState::new(&plan, march, &space, sensor, temperature_k))?;
+    let first_order = found.points.iter().map(DesignPoint::first_order_probability).sum::<f64>();
+    Ok(if found.points.is_empty() {
+        Drawing::Plain(PlainReason::NoDesignPoint)
+    } else if first_order < RARE {
+        Drawing::Importance(found)
+    } else {
+        Drawing::Plain(PlainReason::Frequent { first_order })
+    })
 }
 
 /// March members of a sweep into its statistics until the target is met, or the sweep is complete. `watch` receives
@@ -206,11 +240,12 @@ pub fn sweep_until(
         max_members: sweep.members,
         failed,
         importance: None,
+        plain_reason: None,
     })
 }
 
-/// The probability that a sensor exceeds a temperature, by importance sampling about its design point, until the target
-/// is met or the largest number of members is drawn.
+/// The probability that a sensor exceeds a temperature, by importance sampling about its design points, until the
+/// target is met or the largest number of members is drawn.
 ///
 /// # Errors
 /// When the device fails, or the march is stopped or cancelled.
@@ -221,32 +256,54 @@ pub fn importance_sampling_until(
     sweep: &Sweep,
     target: &PrecisionTarget,
     temperature_k: f64,
-    design_point: DesignPoint,
+    design: DesignPoints,
 ) -> Result<PrecisionReached, MarchError> {
     let plan = plan.clone().without_gauges();
     let space = StandardNormalSpace::new(&case.factors, sweep.bounds, sweep.sampling.kind, &case.correlation);
     let mut state = PeakLimitState::new(&plan, march, &space, target.sensor, temperature_k);
-    let sampling = ImportanceSampling::new(design_point.scores.clone(), sweep.sampling.seed);
-    let (mut estimate, mut found, mut is_reached) = (ImportanceEstimate::default(), Vec::new(), false);
-    for members in looks(sweep.members) {
-        add_members(&mut state, &sampling, estimate.members..members, &mut estimate)?;
-        let (low, high) = estimate.interval(TAIL);
-        let look = Look { members, estimate: estimate.probability(), low: Some(low), high: Some(high) };
-        found.push(look);
-        is_reached = estimate.effective_exceeding() >= MIN_EFFECTIVE && look.is_within(target.half_width);
-        if is_reached {
-            break;
-        }
-    }
-    let (failed, factors) = (state.failed, space.factors(&design_point.scores));
+    let centres = design.points.iter().map(|point| point.scores.clone()).collect();
+    let sampling = ImportanceSampling::new(centres, sweep.sampling.seed);
+    let Sampled { estimate, looks, is_reached } =
+        sample_until(&mut state, &sampling, target.half_width, sweep.members)?;
+    let (failed, factors) = (state.failed, design.points.iter().map(|point| space.factors(&point.scores)).collect());
     Ok(PrecisionReached {
         target: *target,
-        looks: found,
+        looks,
         is_reached,
         max_members: sweep.members,
         failed,
-        importance: Some(Importance { design_point, factors, estimate }),
+        importance: Some(Importance { design, factors, estimate }),
+        plain_reason: None,
     })
+}
+
+/// Importance sampling up to a half-width.
+struct Sampled {
+    estimate: ImportanceEstimate,
+    looks: Vec<Look>,
+    is_reached: bool,
+}
+
+/// Draw members until the interval of the probability has a half-width, or the largest number is drawn.
+fn sample_until<L: LimitState>(
+    state: &mut L,
+    sampling: &ImportanceSampling,
+    half_width: HalfWidth,
+    most: usize,
+) -> Result<Sampled, L::Error> {
+    let mut sampled = Sampled { estimate: ImportanceEstimate::default(), looks: Vec::new(), is_reached: false };
+    let Sampled { estimate, looks: found, is_reached } = &mut sampled;
+    for members in looks(most) {
+        add_members(state, sampling, estimate.members..members, estimate)?;
+        let (low, high) = estimate.interval(TAIL);
+        let look = Look { members, estimate: estimate.probability(), low: Some(low), high: Some(high) };
+        found.push(look);
+        *is_reached = estimate.effective_exceeding() >= MIN_EFFECTIVE && look.is_within(half_width);
+        if *is_reached {
+            break;
+        }
+    }
+    Ok(sampled)
 }
 
 /// Points in memory at once.

@@ -13,9 +13,9 @@
 //! first members, whose traces are stored and do not depend on batches or pieces.
 
 use super::nominal::Prediction;
-use super::proportion::Proportion;
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+use crate::fit::proportion::Proportion;
 use crate::march::cpu::Cpu;
 use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::richardson::RichardsonMarch;

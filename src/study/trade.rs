@@ -12,11 +12,11 @@ mod ranking;
 pub use rank_changes::RankChange;
 pub use ranking::{RESAMPLES, Rank};
 
-use super::proportion::Proportion;
 use super::size::{RequiredThickness, SizeError, SizingRequirement};
 use super::uncertainty::{Failure, Sweep};
 use super::work_log::WorkLog;
 use crate::case::{Case, Material};
+use crate::fit::proportion::Proportion;
 use crate::march::March;
 use crate::plan::ErrorEstimate;
 use layup_sizing::{PreparedExposure, size_layup};

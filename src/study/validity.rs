@@ -38,21 +38,25 @@ impl Prediction {
     }
 }
 
+/// Where more than half of an error is rounding.
+pub(crate) const MOSTLY_ROUNDING: &str = ", mostly rounding in f32,";
+
 /// Why an estimated discretisation error makes the result of a march useless, if it does.
 pub(crate) fn discretisation_failure(reached: &ErrorEstimate) -> Option<String> {
     let is_above = |error: f64, tolerance: f64| error.is_nan() || error > UNUSABLE_MULTIPLE * tolerance;
     let gauge = |gauge: &&GaugeError| is_above(gauge.error, gauge.tolerance);
-    let of = |is_rounding| if is_rounding { "rounding error" } else { "discretisation error" };
+    let cause = |is_rounding| if is_rounding { MOSTLY_ROUNDING } else { "" };
     let (quantity, is_rounding) = if is_above(reached.nominal_k, reached.tolerance_k) {
         let is_rounding = reached.is_rounding(reached.nominal_k, |rounding| rounding.nominal_k);
         let (error, tolerance) = (two_digits(reached.nominal_k), two_digits(reached.tolerance_k));
         let times = format!("more than {UNUSABLE_MULTIPLE} times the tolerance of {tolerance} K");
-        (format!("its {} is {error} K, {times}", of(is_rounding)), is_rounding)
+        (format!("its discretisation error{} is {error} K, {times}", cause(is_rounding)), is_rounding)
     } else {
         let found = reached.gauges.iter().find(gauge)?;
         let is_rounding = reached.is_rounding(found.error, |rounding| rounding.of_gauge(found.gauge));
         let ratio = two_digits(found.error / found.tolerance);
-        (format!("its {} in {} is {ratio} times the tolerance", of(is_rounding), found.gauge.name()), is_rounding)
+        let (gauge, cause) = (found.gauge.name(), cause(is_rounding));
+        (format!("its discretisation error in {gauge}{cause} is {ratio} times the tolerance"), is_rounding)
     };
     let remedy = if is_rounding { "march in f64" } else { "no affordable cells and steps resolve it" };
     Some(format!("{quantity}: {remedy}"))
@@ -100,7 +104,8 @@ mod tests {
             mass_balance: 0.0,
         };
         let single = ErrorEstimate { rounding: Some(rounding), ..estimate(2.01, 0.0) };
-        let text = "its rounding error is 2 K, more than 10 times the tolerance of 0.05 K: march in f64";
+        let text = "its discretisation error, mostly rounding in f32, is 2 K, more than 10 times the tolerance of \
+                    0.05 K: march in f64";
         assert_eq!(discretisation_failure(&single).as_deref(), Some(text));
         assert!(reason(0.0, 2e-3).starts_with("its discretisation error in char_front_m is 20 times the tolerance"));
     }

@@ -1,4 +1,5 @@
-//! Depths of the fronts of conversion in random layups: in the layup, in order, and never back.
+//! Gauges of random layups: fronts of conversion in the layup and in order, and neither they nor the mass lost nor the
+//! gas turn back.
 
 use bondline::adapt::adapt;
 use bondline::case::Case;
@@ -78,7 +79,7 @@ small = [0.8, 1.2]
 }
 
 #[test]
-fn fronts_stay_in_the_layup_in_order_and_never_turn_back() {
+fn fronts_stay_in_order_and_neither_they_nor_the_mass_lost_nor_the_gas_turn_back() {
     let mut arrived = 0;
     for number in 0..CASES {
         let case = layup(number);
@@ -94,6 +95,11 @@ fn fronts_stay_in_the_layup_in_order_and_never_turn_back() {
                 assert!((0.0..=*virgin_m).contains(char_m), "case {number}: char {char_m} m, virgin {virgin_m} m");
                 assert!(*virgin_m <= layup_m * (1.0 + 1e-12), "case {number}: {virgin_m} m of {layup_m} m");
             }
+            let [flux_kg_m2_s, lost_kg_m2] = [Gauge::GasFlux, Gauge::MassLost]
+                .map(|gauge| traces.gauge(member, gauge).expect("a layup that decomposes loses gas"));
+            let inflow_kg_m2_s = flux_kg_m2_s.iter().copied().fold(0.0, f64::min);
+            assert!(inflow_kg_m2_s == 0.0, "case {number}: gas flows in: {inflow_kg_m2_s} kg/m²/s");
+            assert!(lost_kg_m2.is_sorted(), "case {number}: the mass lost falls: {lost_kg_m2:?}");
             for (values, gauge) in [(virgin_m, Gauge::VirginFront), (char_m, Gauge::CharFront)] {
                 assert!(values.is_sorted(), "case {number}: {} falls back: {values:?}", gauge.name());
                 let peak = traces.gauge_peak(member, gauge).expect("a layup that decomposes has fronts");

@@ -106,6 +106,14 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "plies", "the host reads results with it; the device writes them to buffers"),
     ("system", "node_above", "one copy of a row's code for the processor; the device calls its rows"),
     ("system", "links_within", "see node_above"),
+    ("system", "integrates_conductivity", "a copy of the sweeps for either kind of conductivity"),
+    ("system", "first_stage_within", "see integrates_conductivity"),
+    ("system", "second_stage_within", "see integrates_conductivity"),
+    ("table", "new", "a loop of the processor for each kind of search; the device branches"),
+    ("table", "in_steps", "see new"),
+    ("table", "index_by_steps", "see new"),
+    ("table", "index_by_list", "see new"),
+    ("table", "index_by_directory", "see new"),
 ];
 
 /// Functions of a text in order, without the one-sided ones.

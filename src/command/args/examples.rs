@@ -49,7 +49,7 @@ Examples:
   # Until the 95th percentile of the peak of TC4 is known to 8 K, and the
   # probability of a rare temperature to a tenth of it
   bondline uncertainty cases/lcat-2259 --until \"TC4 P95 ± 8 K\"
-  bondline uncertainty cases/slab --until \"P(BACK>775 K) ± 10 %\"
+  bondline uncertainty cases/slab --until \"P(BACK>750 K) ± 20 %\"
 
   # Half of a sweep, for `merge`
   bondline uncertainty cases/slab -n 1000 --members 0..500 --out parts";

@@ -1,7 +1,7 @@
 //! Serialisation of `summary.json`.
 
+use crate::fit::proportion::Proportion;
 use crate::report::ReportError;
-use crate::study::proportion::Proportion;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use serde_json::ser::PrettyFormatter;

@@ -1,8 +1,8 @@
 //! The key `sizing` of `summary.json`.
 
 use crate::case::Case;
+use crate::fit::proportion::Proportion;
 use crate::report::files::json::{OrderedMap, ProportionRecord};
-use crate::study::proportion::Proportion;
 use crate::study::size::{RequiredThickness, Sizing};
 use serde::Serialize;
 

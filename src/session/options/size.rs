@@ -2,8 +2,8 @@
 
 use super::{UncertaintyOptions, is_positive};
 use crate::case::{Case, LimitedPart, TemperatureLimit};
+use crate::fit::proportion::min_draws_for_upper_bound;
 use crate::session::error::{InputError, SessionError, index_of};
-use crate::study::proportion::min_draws_for_upper_bound;
 use crate::study::size::SizingRequirement;
 
 /// The thickness of a ply that keeps a part of the layup below a temperature limit.

@@ -64,29 +64,42 @@ impl LimitState for PeakLimitState<'_> {
         Ok(values)
     }
 
-    fn gradient(&mut self, point: &[f64]) -> Result<(f64, Vec<f64>), MarchError> {
-        let (factors, ensemble) = ((0..self.variables()).collect::<Vec<_>>(), self.ensemble(&[point.to_vec()]));
+    fn gradients(&mut self, points: &[Vec<f64>]) -> Result<Vec<(f64, Vec<f64>)>, MarchError> {
+        let (factors, ensemble) = ((0..self.variables()).collect::<Vec<_>>(), self.ensemble(points));
         let Some(traces) = self.march.tangents(self.plan, &ensemble, &factors)? else {
-            return self.difference_gradient(point);
+            return self.difference_gradients(points);
         };
-        let by_factor = factors.iter().map(|factor| -traces.peak(1 + factor, self.sensor).temperature_k);
-        let by_factor: Vec<f64> = by_factor.collect();
-        let value = value(&traces, 0, self.sensor, self.temperature_k);
-        Ok((value, self.space.gradient(point, &by_factor)))
+        let rows = 1 + factors.len();
+        let gradient = |(place, point): (usize, &Vec<f64>)| {
+            let by_factor = factors.iter().map(|factor| {
+                let row = place * rows + 1 + factor;
+                -traces.peak(row, self.sensor).temperature_k
+            });
+            let by_factor: Vec<f64> = by_factor.collect();
+            let value = value(&traces, place * rows, self.sensor, self.temperature_k);
+            (value, self.space.gradient(point, &by_factor))
+        };
+        Ok(points.iter().enumerate().map(gradient).collect())
     }
 }
 
 impl PeakLimitState<'_> {
-    fn difference_gradient(&mut self, point: &[f64]) -> Result<(f64, Vec<f64>), MarchError> {
-        let moved = |variable: usize, step: f64| {
+    fn difference_gradients(&mut self, points: &[Vec<f64>]) -> Result<Vec<(f64, Vec<f64>)>, MarchError> {
+        let moved = |point: &[f64], variable: usize, step: f64| {
             let mut moved = point.to_vec();
             moved[variable] += step;
             moved
         };
-        let pairs = (0..point.len()).flat_map(|of| [moved(of, DIFFERENCE_STEP), moved(of, -DIFFERENCE_STEP)]);
-        let points: Vec<Vec<f64>> = std::iter::once(point.to_vec()).chain(pairs).collect();
-        let values = self.values(&points)?;
-        let gradient = values[1..].chunks(2).map(|pair| (pair[0] - pair[1]) / (2.0 * DIFFERENCE_STEP)).collect();
-        Ok((values[0], gradient))
+        let around = |point: &Vec<f64>| {
+            let pairs =
+                (0..point.len()).flat_map(|of| [moved(point, of, DIFFERENCE_STEP), moved(point, of, -DIFFERENCE_STEP)]);
+            std::iter::once(point.clone()).chain(pairs).collect::<Vec<_>>()
+        };
+        let values = self.values(&points.iter().flat_map(around).collect::<Vec<_>>())?;
+        let gradient = |values: &[f64]| {
+            let slopes = values[1..].chunks(2).map(|pair| (pair[0] - pair[1]) / (2.0 * DIFFERENCE_STEP));
+            (values[0], slopes.collect())
+        };
+        Ok(values.chunks(1 + 2 * self.variables()).map(gradient).collect())
     }
 }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::random::RandomStream;
 use statrs::distribution::{Binomial, ContinuousCDF, Discrete, Normal};
+use std::convert::Infallible;
 
 /// Coverage of the interval at the end, exactly: the count of members above the limit at each look is a Markov chain.
 fn coverage(probability: f64, half_width: HalfWidth, tail: f64) -> f64 {
@@ -79,4 +80,92 @@ fn looks_grow_by_a_quarter_and_end_with_the_largest_number() {
     let found: Vec<usize> = looks(1000).collect();
     assert_eq!(found, [500, 625, 782, 978, 1000]);
     assert_eq!(looks(30).collect::<Vec<_>>(), [30]);
+}
+
+/// Up to three ways to exceed a limit in four variables: u₁ or −u₁ above β + bend u₂², and u₃ above β. Between two of
+/// them the limit state has a kink.
+#[derive(Clone, Copy, Debug)]
+struct Ways {
+    count: usize,
+    distance: f64,
+    bend: f64,
+}
+
+impl Ways {
+    fn least(&self, point: &[f64]) -> (f64, Vec<f64>) {
+        let bent = self.distance + self.bend * point[1] * point[1];
+        let by_bend = 2.0 * self.bend * point[1];
+        let all = [
+            (bent - point[0], vec![-1.0, by_bend, 0.0, 0.0]),
+            (bent + point[0], vec![1.0, by_bend, 0.0, 0.0]),
+            (self.distance - point[2], vec![0.0, 0.0, -1.0, 0.0]),
+        ];
+        let nearest = all.into_iter().take(self.count).min_by(|one, other| one.0.total_cmp(&other.0));
+        nearest.expect("a way at least")
+    }
+
+    fn probability(&self) -> f64 {
+        let normal = Normal::standard();
+        let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+        let points = (-800..800).map(|n| 0.01 * f64::from(n));
+        let bent: f64 = points.map(|x| 0.01 * density(x) * normal.cdf(-self.distance - self.bend * x * x)).sum();
+        let third = if self.count == 3 { normal.cdf(-self.distance) } else { 0.0 };
+        1.0 - (1.0 - self.count.min(2) as f64 * bent) * (1.0 - third)
+    }
+}
+
+impl LimitState for Ways {
+    type Error = Infallible;
+
+    fn variables(&self) -> usize {
+        4
+    }
+
+    fn values(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>, Infallible> {
+        Ok(points.iter().map(|point| self.least(point).0).collect())
+    }
+
+    fn gradients(&mut self, points: &[Vec<f64>]) -> Result<Vec<(f64, Vec<f64>)>, Infallible> {
+        Ok(points.iter().map(|point| self.least(point)).collect())
+    }
+}
+
+/// Seeds that stopped, and of these the ones whose interval contains the probability, with some of the design points.
+fn stopped_and_covered(ways: Ways, used: usize, seeds: u64) -> (usize, usize) {
+    let Ok(found) = find_design_points(&mut ways.clone());
+    assert_eq!(found.points.len(), ways.count, "{ways:?}: {found:?}");
+    let centres: Vec<Vec<f64>> = found.points.into_iter().take(used).map(|point| point.scores).collect();
+    let truth = ways.probability();
+    let results = (0..seeds).map(|seed| {
+        let sampling = ImportanceSampling::new(centres.clone(), seed);
+        let Ok(found) = sample_until(&mut ways.clone(), &sampling, HalfWidth::Relative(0.1), 3_000_000);
+        let last = found.looks[found.looks.len() - 1];
+        (found.is_reached, last.low <= Some(truth) && last.high >= Some(truth))
+    });
+    results
+        .filter(|(is_reached, _)| *is_reached)
+        .fold((0, 0), |(stopped, covered), (_, is_covered)| (stopped + 1, covered + usize::from(is_covered)))
+}
+
+/// With `BONDLINE_ALL` for β up to 4.
+#[test]
+fn intervals_that_stop_at_a_tenth_of_a_rare_probability_contain_it_in_93_of_100_seeds_for_one_to_three_design_points() {
+    let (distances, seeds) = match std::env::var_os("BONDLINE_ALL") {
+        Some(_) => (&[2.5, 3.0, 3.5, 4.0][..], 200),
+        None => (&[2.5][..], 200),
+    };
+    for &distance in distances {
+        for (count, bend) in [(1, 0.0), (1, 0.15), (2, 0.0), (2, 0.15), (3, 0.0), (3, 0.15)] {
+            let ways = Ways { count, distance, bend };
+            let (stopped, covered) = stopped_and_covered(ways, count, seeds);
+            assert!(stopped == seeds as usize && covered >= 93 * stopped / 100, "{ways:?}: {covered} of {stopped}");
+        }
+    }
+}
+
+#[test]
+fn combinations_that_no_search_found_do_not_stop_a_sampling_early() {
+    let ways = Ways { count: 2, distance: 2.5, bend: 0.0 };
+    let (stopped, covered) = stopped_and_covered(ways, 1, 200);
+    assert!(stopped == 200 && covered >= 186, "{covered} of {stopped}");
 }

@@ -4,10 +4,10 @@ use super::{CandidateLayup, SizedLayup, TableEnd};
 use crate::adapt::{adapt_monitored, checked_at_members};
 use crate::case::{Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
+use crate::fit::proportion::quantile_ranks_95;
 use crate::march::{March, MarchError};
 use crate::plan::{ErrorEstimate, Plan};
 use crate::study::margins::quantile_rank;
-use crate::study::proportion::quantile_ranks_95;
 use crate::study::size::{
     MAX_ADAPTATIONS, NominalSizing, RequiredThickness, ScalableCase, SearchStart, SizeError, SizingRequirement,
     ThicknessMarch, by_reason, check_start, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,

@@ -69,6 +69,8 @@ fn tables<W: Real<Scalar = W, Constant = W>>() -> Vec<W> {
         words.extend([0.1, 0.0, capacity, slope, 0.0, 0.0, enthalpy, 0.0, 600.0, 0.1, start, 0.0]);
         enthalpy += 5.0 * steps * (capacity + 0.5 * slope * steps);
     }
+    // A list: the origin, then five starts that are no steps from it.
+    words.extend([0.63, 1e9, 1e9, 1e9, 57.1, 60.9, 200.25, 300.5, 650.3, 1e9, 1e9, 1e9]);
     words.into_iter().map(W::scalar).collect()
 }
 
@@ -81,6 +83,7 @@ const fn uniform(offset: u32, columns: u32) -> TableLocation<u32> {
         directory: 0,
         buckets_per_step: 1,
         last_bucket: TABLE_STEPS as u32 - 1,
+        list_length: 0,
         conductivity_integral: 0,
         enthalpy_search_span: 0,
     }
@@ -94,8 +97,17 @@ const UNEVEN: TableLocation<u32> = TableLocation {
     directory: (TABLE_STEPS * COLUMNS) as u32,
     buckets_per_step: 2,
     last_bucket: 2 * TABLE_STEPS as u32 - 1,
+    list_length: 0,
     conductivity_integral: 0,
     enthalpy_search_span: 2048,
+};
+
+/// The rows that a list finds, as in [`tables`].
+const LISTED: TableLocation<u32> = TableLocation {
+    rows: TABLE_STEPS as u32 + 5,
+    directory: (TABLE_STEPS * (COLUMNS + 2 * 4 + 4 * 12)) as u32,
+    list_length: 6,
+    ..uniform(0, 4)
 };
 
 /// A kernel that evaluates all probes.
@@ -236,8 +248,8 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             twin: |x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let narrow = TableLocation(4u, 8u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
-                   let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
+            body: "let narrow = TableLocation(4u, 8u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u, 0u);
+                   let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u, 0u);
                    let s = table_index(x[0], narrow); y[0] = real(s.row); y[1] = s.fraction;
                    y[2] = interpolate(table_segment(s, narrow), 1u);
                    y[3] = integral(table_segment(s, narrow), 1u);
@@ -253,8 +265,19 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
+            body: "let s = table_index(x[0], TableLocation(0u, 4u, TABLE_STEPS + 5u, TABLE_STEPS * 72u, 1u,
+                       TABLE_STEPS - 1u, 6u, 0u, 0u));
+                   y[0] = real(s.row); y[1] = s.fraction;",
+            inputs: vec![(-50.0, 4500.0)],
+            outputs: 2,
+            twin: |x, tables, y| {
+                let s = table_index(x[0], tables, &LISTED);
+                put(y, &[s.row, s.fraction]);
+            },
+        },
+        Probe {
             body: "let uneven = TableLocation(TABLE_STEPS * 24u, 12u, 4u * TABLE_STEPS, TABLE_STEPS * 16u, 2u,
-                       2u * TABLE_STEPS - 1u, 0u, 2048u);
+                       2u * TABLE_STEPS - 1u, 0u, 0u, 2048u);
                    let s = table_index(x[0], uneven); y[0] = real(s.row); y[1] = s.fraction;
                    y[2] = integral(table_segment(s, uneven), 1u);
                    let far = rise_by_enthalpy(x[0], x[1], 0.0, uneven, 4u); y[3] = far[0]; y[4] = far[1];
@@ -273,7 +296,7 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
+            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u, 0u);
                    let r = first_integral(table_segment(table_index(x[0], wide), wide), 4u);
                    y[0] = r[0]; y[1] = r[1]; y[2] = r[2];",
             inputs: vec![cold],
@@ -284,7 +307,7 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u);
+            body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u, 0u);
                    let here = solid_properties(table_segment(table_index(x[0], wide), wide), 3u,
                        ConductivityParts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
