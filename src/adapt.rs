@@ -15,7 +15,6 @@ use crate::march::cpu::Cpu;
 use crate::march::monitor::{Monitor, Progress};
 use crate::march::richardson::march_extrapolated;
 use crate::march::{MarchError, Precision};
-pub(crate) use crate::plan::ACCEPTED_ERROR;
 use crate::plan::GridDensity;
 use crate::plan::{Discretisation, Plan};
 use crate::plan::{GRADING_EXPONENT, StepGrowth, TimeSegment, TimeStepControl};
@@ -68,6 +67,9 @@ const VERIFICATION_ROUNDS: usize = 5;
 /// Smallest growth of the densities in a round of verification: a ply of few cells would not get another.
 const MIN_DENSITY_GROWTH: f64 = 1.05;
 const MAX_VERIFICATION_CELL_STEPS: f64 = 4e7;
+/// Members for which a plan was not adapted may exceed its tolerance, or its error if that is larger, by this factor
+/// before it is adapted anew; their error is reported. Estimates may not, as a warning would follow.
+pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
 /// Tolerance beside which errors are stated where a case states cells and steps, K.
 const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Most times that the steps are doubled for members that diverge.
@@ -316,8 +318,8 @@ fn adapted_tolerance_k(case: &Case) -> Option<f64> {
 }
 
 /// A plan of a case, checked at members for which it was not adapted: the same, with their error if that is larger, or
-/// one adapted to the nominal member and to these where they exceed both the tolerance and the error of the plan. A
-/// member that does not complete has no error.
+/// one adapted to the nominal member and to these where they exceed both the tolerance and the error of the plan by the
+/// factor `accepted`. A member that does not complete has no error.
 ///
 /// # Errors
 /// As [`adapt_monitored`].
@@ -325,6 +327,7 @@ pub(crate) fn checked_at_members(
     case: &Case,
     plan: &Plan,
     members: &Ensemble,
+    accepted: f64,
     monitor: &Monitor,
 ) -> Result<CheckedPlan, MarchError> {
     let (Some(tolerance_k), Some(claimed)) = (adapted_tolerance_k(case), plan.error_estimate.as_ref()) else {
@@ -335,7 +338,7 @@ pub(crate) fn checked_at_members(
         return Ok(CheckedPlan { plan: plan.clone(), is_adapted_anew: false });
     }
     let found = refined.errors();
-    if found.temperature_k <= ACCEPTED_ERROR * tolerance_k.max(claimed.nominal_k) {
+    if found.temperature_k <= accepted * tolerance_k.max(claimed.nominal_k) {
         let mut plan = plan.clone();
         plan.error_estimate = Some(claimed.clone().with_members(found));
         return Ok(CheckedPlan { plan, is_adapted_anew: false });

@@ -54,10 +54,6 @@ pub struct GaugeError {
     pub tolerance: f64,
 }
 
-/// Members for which a plan was not adapted may exceed its tolerance, or its error if that is larger, by this factor
-/// before it is adapted anew; their error is reported.
-pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
-
 /// Estimated errors of cells, steps and, in f32, rounding. A temperature error is the largest at any sensor and in any
 /// part with a temperature limit, at any instant and of any peak, K.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,13 +95,6 @@ impl ErrorEstimate {
     #[cfg(feature = "command")]
     pub(crate) fn of_temperature(nominal_k: f64, tolerance_k: f64) -> Self {
         Self { tolerance_k, nominal_k, corners_k: None, gauges: Vec::new(), rounding: None }
-    }
-
-    /// Whether the error is above the tolerance; of members for which the plan was not adapted, above what is accepted
-    /// of them.
-    #[cfg(feature = "report")]
-    pub(crate) fn is_above_tolerance(&self, is_adapted_for: bool) -> bool {
-        self.nominal_k > self.tolerance_k * if is_adapted_for { 1.0 } else { ACCEPTED_ERROR }
     }
 
     /// Whether most of an error is that of rounding in f32, which finer cells and steps do not reduce.

@@ -195,7 +195,7 @@ fn plain_reason_text(reason: PlainReason) -> String {
             format::percent(RARE)
         ),
         PlainReason::NoDesignPoint => "Members were drawn plainly: no search for a combination of factors that \
-                                       reaches the temperature converged, as where none within their bounds does."
+                                       reaches the temperature converged; perhaps none within their bounds does."
             .to_owned(),
         PlainReason::HeldEmissivity => "Members were drawn plainly: the emissivity of a face that a pyrometer holds \
                                         is drawn too, and a search for the most probable combination does not know \

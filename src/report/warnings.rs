@@ -3,7 +3,7 @@
 use super::{format, reportable};
 use crate::case::{CappedEmissivity, Case, Material, Ply};
 use crate::study::answers::Answers;
-use crate::study::nominal::{ErrorEstimate, Prediction};
+use crate::study::nominal::Prediction;
 use crate::study::validity::{MAX_BALANCE_RESIDUAL, MOSTLY_ROUNDING};
 use crate::traces::MemberStatus;
 
@@ -70,8 +70,7 @@ pub(super) fn march_warnings(case: &Case, outcome: &Prediction, which: &str) -> 
             format::kelvin(*temperature_k)
         )),
     }
-    let is_above = |reached: &&ErrorEstimate| reached.is_above_tolerance(which == "nominal");
-    if let Some(reached) = outcome.error_estimate.as_ref().filter(is_above) {
+    if let Some(reached) = outcome.error_estimate.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
         let [cause, remedy] = match reached.is_rounding(reached.nominal_k, |rounding| rounding.nominal_k) {
             true => [MOSTLY_ROUNDING, "march in f64"],
             false => ["", "set cells and steps in [resolution]"],

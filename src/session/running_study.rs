@@ -213,7 +213,7 @@ impl RunningStudy<'_> {
             let mut is_adapted_anew = false;
             for (which, (case, plan)) in cases.iter().zip(&mut plans).enumerate() {
                 let at_estimate = found.members(case, which, std::iter::once(found.values.as_slice()));
-                let checked = checked_at_members(case, plan, &at_estimate, &monitor)?;
+                let checked = checked_at_members(case, plan, &at_estimate, 1.0, &monitor)?;
                 is_adapted_anew |= checked.is_adapted_anew;
                 *plan = checked.plan;
                 found.fitted[which].after.error_estimate.clone_from(&plan.error_estimate);

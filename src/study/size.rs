@@ -13,7 +13,7 @@ use super::margins::quantile_rank;
 use super::nominal::{Peak, nominal};
 use super::uncertainty::{Failure, Sweep, uncertainty};
 use super::work_log::{NoLog, WorkLog};
-use crate::adapt::{adapt_monitored, checked_at_members};
+use crate::adapt::{ACCEPTED_ERROR, adapt_monitored, checked_at_members};
 use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::fit::proportion::{Proportion, counts_below_95, quantile_ranks_95};
@@ -238,7 +238,7 @@ pub(crate) fn size_from(
         marches += trial.marches;
         let thickness_m = required_quantile(&found.required, demand.probability).sort_key_m().min(sizing.within_m.1);
         let at_answer = scalable.nominal_member(thickness_m);
-        let checked = checked_at_members(&scalable.case, &plan, &at_answer, &march.monitor())?;
+        let checked = checked_at_members(&scalable.case, &plan, &at_answer, ACCEPTED_ERROR, &march.monitor())?;
         if checked.is_adapted_anew && adaptations == MAX_ADAPTATIONS {
             break (sizing, found);
         }

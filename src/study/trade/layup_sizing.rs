@@ -1,7 +1,7 @@
 //! Sizing of one layup for its limit under all exposures.
 
 use super::{CandidateLayup, SizedLayup, TableEnd};
-use crate::adapt::{adapt_monitored, checked_at_members};
+use crate::adapt::{ACCEPTED_ERROR, adapt_monitored, checked_at_members};
 use crate::case::{Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
 use crate::fit::proportion::quantile_ranks_95;
@@ -65,7 +65,7 @@ pub(super) fn size_layup(
         let mut is_adapted_anew = false;
         for PreparedExposure { scalable, plan } in &mut *exposures {
             let at_answer = scalable.nominal_member(thickness_m);
-            let checked = checked_at_members(&scalable.case, plan, &at_answer, &march.monitor())?;
+            let checked = checked_at_members(&scalable.case, plan, &at_answer, ACCEPTED_ERROR, &march.monitor())?;
             is_adapted_anew |= checked.is_adapted_anew;
             *plan = checked.plan;
         }
