@@ -302,3 +302,72 @@ fn a_step_of_the_emissivity_acts_at_the_temperature_that_is_stated() {
     let difference_k = (heated(&later).0[0] - exact_k).abs();
     assert!(difference_k > 5.0 * claim_k, "a step 5 K later must show: {difference_k} K, claim {claim_k} K");
 }
+
+/// Enthalpies have one zero wherever the steps of a table begin: absolute heats of reaction depend on it.
+#[test]
+fn tables_of_one_function_stated_at_other_temperatures_give_the_same_march_with_absolute_enthalpies() {
+    let march = |from_k: f64, residue_j_kg: f64| {
+        let nodes_k = [0.0, 100.0, 400.0, 700.0, 1200.0].map(|by_k| from_k + by_k);
+        let table = |at: fn(f64) -> f64| {
+            format!("temperatures_k = {nodes_k:?}\nvalues = {:?}\noutside = \"extrapolate\"\n", nodes_k.map(at))
+        };
+        let [virgin, residue] = [table(|k| 900.0 + 0.5 * k), table(|k| 1400.0 + 0.2 * k)];
+        let material = format!(
+            r#"
+name = "own"
+density.value = "280 kg/m^3"
+conductivity.value = "0.4 W/m/K"
+emissivity.value = 0.8
+[heat_capacity]
+unit = "J/kg/K"
+{virgin}
+[decomposition]
+mixture_rule = "mass"
+heat = "absolute"
+virgin_enthalpy = "-857 kJ/kg"
+reference = "298 K"
+[[decomposition.reaction]]
+mass_loss = 0.2
+pre_exponential = "1.2e4 1/s"
+activation_energy = "71 kJ/mol"
+order = 1
+[decomposition.char]
+enthalpy = "{residue_j_kg} J/kg"
+[decomposition.char.conductivity]
+value = "0.4 W/m/K"
+[decomposition.char.heat_capacity]
+unit = "J/kg/K"
+{residue}
+"#
+        );
+        let ends_k = [from_k - 100.0, from_k + 1200.0];
+        let gas = |values: [f64; 2]| format!("temperatures_k = {ends_k:?}\nvalues = {values:?}\noutside = \"clamp\"\n");
+        let gas = format!(
+            "name = \"gas\"\n[molar_mass]\nunit = \"g/mol\"\n{}[enthalpy]\nkind = \"absolute\"\nunit = \
+             \"J/kg\"\n{}[viscosity]\nunit = \"Pa*s\"\n{}",
+            gas([20.0; 2]),
+            gas(ends_k.map(|k| 2000.0 * (k - 298.0) + 1e5)),
+            gas([2e-5; 2])
+        );
+        let text = r#"
+duration = "60 s"
+initial_temperature = "300 K"
+decomposition = true
+ply = [{ name = "R", material = "own", thickness = "20 mm" }]
+sensor = [{ name = "A", depth = "2 mm" }, { name = "B", depth = "8 mm" }]
+gas = { flow = "quasi-steady", gas = "gas" }
+hot_face = { kind = "held", temperature = "1200 K" }
+resolution = { cells = 60, max_step = "0.2 s", first_step = "0.01 s", output_interval = "5 s" }
+"#;
+        let files = [("materials/own.toml", material), ("gases/gas.toml", gas)];
+        let files = BTreeMap::from(files.map(|(path, text)| (path.to_owned(), text)));
+        let case = Case::from_toml(text, "own", &files).unwrap_or_else(|error| panic!("{error}"));
+        at_end_k(&case, Precision::F64).0
+    };
+    let apart_k = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let (on_steps, between) = (march(300.0, 0.0), march(303.15, 0.0));
+    assert!(apart_k(&on_steps, &between) < 1e-6, "{on_steps:?} and {between:?}");
+    // Negative control: an enthalpy that is off by three kelvins of the difference of the heat capacities.
+    let off = march(303.15, 1500.0);
+    assert!(apart_k(&on_steps, &off) > 1e-3, "{on_steps:?} and {off:?}");
+}
