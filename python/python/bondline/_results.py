@@ -138,7 +138,8 @@ class Uncertainty(Prediction):
     @property
     def precision_reached(self) -> dict[str, Any]:
         """The percentile or probability of ``until``: its ``target``, the ``looks`` at its interval, whether it
-        ``is_reached``, and the ``importance`` sampling of a rare probability, after which there is no sweep.
+        ``is_reached``, and the ``importance_sampling`` of a rare probability, after which there is no sweep, or the
+        ``plain_reason`` why there was none.
         """
         return self._part("precision_reached")
 
