@@ -2,16 +2,29 @@
 
 import csv
 import json
+import os
+import shutil
 import subprocess
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from case_file import load
 from quantities import Refused
 from solution import Result, solve
 from tables import Array
+
+
+def program() -> str:
+    """The command: of the environment, or the one that `BONDLINE_PROGRAM` states."""
+    beside = Path(sys.executable).with_name("bondline")
+    found = os.environ.get("BONDLINE_PROGRAM") or (str(beside) if beside.exists() else shutil.which("bondline"))
+    if not found:
+        pytest.skip("no command bondline: state BONDLINE_PROGRAM")
+    return found
 
 
 @dataclass

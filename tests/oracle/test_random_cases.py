@@ -5,13 +5,10 @@
 """
 
 import os
-import shutil
-import sys
-from pathlib import Path
 
 import pytest
 from campaign import Outcome, Violation, kind_of, is_violation, run, share_covered, table, violations
-from comparison import Finding
+from comparison import Finding, program
 
 SEED = int(os.environ.get("BONDLINE_ORACLE_SEED", "1"))
 ALL = bool(os.environ.get("BONDLINE_ALL"))
@@ -28,14 +25,6 @@ ACCEPTED_REFUSALS: dict[str, str] = {
 
 # At most this share of the cases may be refused by the oracle.
 LARGEST_REFUSED_SHARE = 0.25
-
-
-def program() -> str:
-    beside = Path(sys.executable).with_name("bondline")
-    found = os.environ.get("BONDLINE_PROGRAM") or (str(beside) if beside.exists() else shutil.which("bondline"))
-    if not found:
-        pytest.skip("no command bondline: state BONDLINE_PROGRAM")
-    return found
 
 
 @pytest.fixture(scope="module")
