@@ -43,7 +43,8 @@ wheel=$(echo "$wheels"/*.whl)
 cd python
 "$environment/bin/mypy" --strict python/bondline tests
 "$environment/bin/python" -m pytest --quiet
-"$environment/bin/python" -m pytest --quiet ../tests/oracle/test_exact_solutions.py ../tests/oracle/test_theory_march.py \
+"$environment/bin/python" -m pytest --quiet ../tests/oracle/test_exact_solutions.py \
+    ../tests/oracle/test_theory_march.py \
     ../tests/oracle/test_theory_problems.py
 if [ -n "${BONDLINE_ALL:-}" ]; then
     "$environment/bin/python" -m pytest --quiet ../tests/oracle/test_random_cases.py

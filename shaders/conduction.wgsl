@@ -37,29 +37,9 @@ alias NodeColumn = array<real, NODE_CELLS>;
 var<COLUMNS> conductivities: Column;
 var<COLUMNS> slopes: NodeColumn;
 var<COLUMNS> stage_capacities: NodeColumn;
-var<COLUMNS> conductivity_integrals: array<array<real, 3>, STEEP_CELLS>;
 
 fn subtract_advection(conductivity_slopes: array<real, 2>, advection: array<real, 2>) -> array<real, 2> {
     return array<real, 2>(conductivity_slopes[0] - advection[0], conductivity_slopes[1] - advection[1]);
-}
-
-fn integrated_conductance(
-    integrals: array<array<real, 3>, 2>,
-    drop: real,
-    half_over_next_1_m: real,
-    by_mean: array<real, 3>,
-) -> array<real, 3> {
-    let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
-    var conductance = by_mean[0];
-    if integrals[0][1] != integrals[1][1] {
-        conductance = (integrals[0][0] - integrals[1][0]) / drop * over_next_1_m;
-    }
-    if integrals[0][2] < 0x1p-126 {
-        return array<real, 3>(conductance, by_mean[1], by_mean[2]);
-    }
-    let slope = integrals[0][2] * over_next_1_m - conductance;
-    let next_slope = conductance - integrals[1][2] * over_next_1_m;
-    return array<real, 3>(conductance, slope, next_slope);
 }
 
 fn no_flux() -> InteriorFaceFlux {
@@ -106,9 +86,6 @@ fn mixture_properties(p: u32, i: u32, step: u32, stage: u32) {
     conductivities[i] = here.conductivity;
     slopes[i] = here.slope;
     stage_capacities[i] = cells[i].width_m * here.heat_capacity;
-    if STEEP_CONDUCTIVITIES {
-        conductivity_integrals[i] = array<real, 3>(0.0, 0.0, 0.0);
-    }
     if reads_gas_tables(stage) {
         gas_enthalpy(i, gas_columns(p, row));
     }
@@ -142,14 +119,6 @@ fn single_substance_properties(p: u32, ply: PlyProperties, i: u32, stage: u32) -
         gas_enthalpy(i, gas_columns(p, row));
     }
     let here = solid_properties(row, ply.parts, scale, stage == 0u);
-    if STEEP_CONDUCTIVITIES {
-        conductivity_integrals[i] = array<real, 3>(0.0, 0.0, 0.0);
-        if ply.location.conductivity_integral > 0u {
-            let integrated = first_integral(row, ply.location.conductivity_integral);
-            conductivity_integrals[i] =
-                array<real, 3>(scale.solid * integrated[0], integrated[1], scale.solid * integrated[2]);
-        }
-    }
     return SolidProperties(here.conductivity, here.slope, cells[i].width_m * (density_kg_m3 * here.heat_capacity));
 }
 
@@ -176,7 +145,7 @@ fn node(p: u32, ply: PlyProperties, i: u32, stage: u32) -> Node {
     return node;
 }
 
-fn flux_within_ply(cell: u32, here: Node, next: Node, stage: u32) -> InteriorFaceFlux {
+fn flux_within_ply(p: u32, cell: u32, here: Node, next: Node, step: u32, stage: u32) -> InteriorFaceFlux {
     let half_over_next_1_m = cells[cell].half_over_next_1_m;
     var conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
     let drop = difference(here.temperature, next.temperature);
@@ -185,14 +154,46 @@ fn flux_within_ply(cell: u32, here: Node, next: Node, stage: u32) -> InteriorFac
         let gain = half_over_next_1_m * drop;
         conductivity_slopes = array<real, 2>(here.slope * gain, next.slope * gain);
     }
-    if STEEP_CONDUCTIVITIES {
-        let by_mean = array<real, 3>(conductance, conductivity_slopes[0], conductivity_slopes[1]);
-        let integrals = array<array<real, 3>, 2>(conductivity_integrals[cell], conductivity_integrals[cell + 1u]);
-        let integrated = integrated_conductance(integrals, drop, half_over_next_1_m, by_mean);
-        conductance = integrated[0];
-        conductivity_slopes = array<real, 2>(integrated[1], integrated[2]);
+    if STEEP_CONDUCTIVITIES && plan.tables[p].conductivity_integral > 0u {
+        let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
+        let by_integral = conductivity_by_integral(p, cell, drop, step, stage);
+        conductance = conductance + by_integral[0] * over_next_1_m;
+        if stage == 0u {
+            conductivity_slopes[0] = (here.conductivity + by_integral[1]) * over_next_1_m - conductance;
+            conductivity_slopes[1] = conductance - (next.conductivity + by_integral[2]) * over_next_1_m;
+        }
     }
     return interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage);
+}
+
+fn conductivity_by_integral(p: u32, cell: u32, drop: real, step: u32, stage: u32) -> array<real, 3> {
+    let ply = plan.plies[p];
+    let rows = plan.tables[p].rows;
+    let here = ply_index(p, temperatures[cell].high + stage_increment(cell, stage));
+    let next = ply_index(p, temperatures[cell + 1u].high + stage_increment(cell + 1u, stage));
+    let is_same = here.row == next.row;
+    let pressure_pa = cell_pressure_pa(cell, step, stage) + cell_pressure_pa(cell + 1u, step, stage);
+    let pressure = pressure_index(p, 0.5 * pressure_pa);
+    var weights = conductivity_weights(p, cell, stage);
+    var next_weights = conductivity_weights(p, cell + 1u, stage);
+    let here_rows = at_pressure_levels(here, rows, pressure);
+    let next_rows = at_pressure_levels(next, rows, pressure);
+    var sums = array<real, 3>(0.0, 0.0, 0.0);
+    for (var level = 0u; level < min(ply.levels, 2u); level++) {
+        let share = select(1.0 - pressure.fraction, pressure.fraction, level == 1u);
+        for (var state = 0u; state < ply.rows; state++) {
+            let own = conductivity_integral(p, state, row_at(p, here_rows[level]));
+            let other = conductivity_integral(p, state, row_at(p, next_rows[level]));
+            var missed = real(0.0);
+            if !is_same {
+                missed = (own[1] - other[1]) * (1.0 / drop) - 0.5 * (own[0] + other[0]);
+            }
+            sums[0] = sums[0] + share * (0.5 * (weights[state] + next_weights[state])) * missed;
+            sums[1] = sums[1] + share * weights[state] * (own[2] - own[0]);
+            sums[2] = sums[2] + share * next_weights[state] * (other[2] - other[0]);
+        }
+    }
+    return sums;
 }
 
 fn flux_across_interface(p: u32, here: Node, next: Node, stage: u32) -> InteriorFaceFlux {

@@ -117,6 +117,25 @@ fn mixture(p: u32, temperature_k: real, pressure_pa: real, phases: Phases, with_
     return SolidProperties(here.conductivity * per_left, here.slope * per_left, here.heat_capacity);
 }
 
+fn conductivity_weights(p: u32, cell: u32, stage: u32) -> Phases {
+    let ply = plan.plies[p];
+    var weights = stage_phases(p, cell, stage);
+    let per_left = 1.0 / conductivity_divisor(p, mass_ratio(p, weights));
+    if ply.rows == 1u {
+        weights[0] = mixture_sums(p, weights, ply.states).conductivity.solid * per_left;
+        return weights;
+    }
+    for (var state = 0u; state < ply.rows; state++) {
+        weights[state] = weights[state] * scale_of(p, state).conductivity.solid * per_left;
+    }
+    return weights;
+}
+
+fn conductivity_integral(p: u32, state: u32, row: TableSegment) -> array<real, 3> {
+    let steep = plan.tables[p].conductivity_integral + state * STEEP_COLUMNS / 2u;
+    return first_integral(state_columns(state, row), column_offset(row, steep));
+}
+
 fn mixture_at_level(
     p: u32,
     row: TableSegment,
@@ -214,18 +233,34 @@ fn composition_ratio(p: u32, cell: u32) -> real {
     if !GAS || states == 1u {
         return 1.0;
     }
+    if plan.plies[p].rows > 1u {
+        let row = ply_row(p, temperatures[cell].high + stage_increment(cell, 1u));
+        let start = heat_capacity_sum(row, tabulated_states(p, cell, 0u));
+        return heat_capacity_sum(row, tabulated_states(p, cell, 1u)) / start;
+    }
     let start = mixture_sums(p, stage_phases(p, cell, 0u), states).enthalpy_scale;
     let end = mixture_sums(p, stage_phases(p, cell, 1u), states).enthalpy_scale;
     return end / start;
+}
+
+fn tabulated_states(p: u32, cell: u32, stage: u32) -> TabulatedStates {
+    let count = plan.plies[p].rows;
+    var weights = virgin();
+    if GAS && count > 1u {
+        weights = stage_phases(p, cell, stage);
+        for (var state = 0u; state < count; state++) {
+            weights[state] = weights[state] * scale_of(p, state).enthalpy_scale;
+        }
+    }
+    return TabulatedStates(count, PROPERTIES, weights);
 }
 
 fn temperature_rise(p: u32, cell: u32, temperature_k: real, increment: real, reduced: real) -> array<real, 2> {
     if !ENTHALPY_STEPS || plan.tables[p].enthalpy_search_span == 0u {
         return array<real, 2>(increment, 1.0);
     }
-    let location = plan.tables[p];
-    let enthalpy_columns = (location.columns - ENTHALPY_COLUMNS) / 2u;
-    let rise = rise_by_enthalpy(temperature_k, increment, reduced, location, enthalpy_columns);
+    let states = tabulated_states(p, cell, 0u);
+    let rise = rise_by_enthalpy(temperature_k, increment, reduced, plan.tables[p], states);
     var held = real(0.0);
     if cell == 0u {
         held = held + plan.faces[0].held;

@@ -246,7 +246,7 @@ fn assemble_first_stage(step: u32) -> real {
         here = entry;
         for (var i = start + 1u; i < end; i++) {
             let next = node(p, ply, i, 0u);
-            let below = flux_within_ply(i - 1u, here, next, 0u);
+            let below = flux_within_ply(p, i - 1u, here, next, step, 0u);
             sweep = first_stage_row(sweep, position(p, i - 1u), here, below, inverse_step_1_s, step);
             here = next;
         }
@@ -272,7 +272,7 @@ fn assemble_second_stage(step: u32) -> real {
         here = entry;
         for (var i = start + 1u; i < end; i++) {
             let next = node(p, ply, i, 1u);
-            let below = flux_within_ply(i - 1u, here, next, 1u);
+            let below = flux_within_ply(p, i - 1u, here, next, step, 1u);
             sweep = second_stage_row(sweep, position(p, i - 1u), here, below, twice_inverse_step_1_s, step);
             here = next;
         }

@@ -78,15 +78,37 @@ fn integral(table_segment: TableSegment, property: u32) -> real {
     return integrated[0] + TABLE_STEP_K * table_segment.fraction * mean;
 }
 
-fn first_integral(table_segment: TableSegment, at: u32) -> array<real, 3> {
+fn first_integral(table_segment: TableSegment, steep: TableSegment) -> array<real, 3> {
     let pair = column_pair(table_segment, 0u);
-    let columns = column_offset(table_segment, at);
     let mean = pair[0] + 0.5 * table_segment.fraction * pair[1];
     return array<real, 3>(
-        column_pair(columns, 0u)[0] + TABLE_STEP_K * table_segment.fraction * mean,
-        column_pair(columns, 1u)[0],
-        interpolate(columns, 2u),
+        interpolate(table_segment, 0u),
+        column_pair(steep, 0u)[0] + TABLE_STEP_K * table_segment.fraction * mean,
+        interpolate(steep, 1u),
     );
+}
+
+struct TabulatedStates {
+    count: u32,
+    properties: u32,
+    weights: Phases,
+}
+
+fn state_sum(table_segment: TableSegment, property: u32, stride: u32, of_states: TabulatedStates) -> array<real, 2> {
+    var states = of_states;
+    let first = column_pair(table_segment, property);
+    var sum = array<real, 2>(states.weights[0] * first[0], states.weights[0] * first[1]);
+    for (var state = 1u; state < states.count; state++) {
+        let own = column_pair(table_segment, property + state * stride);
+        sum[0] = sum[0] + states.weights[state] * own[0];
+        sum[1] = sum[1] + states.weights[state] * own[1];
+    }
+    return sum;
+}
+
+fn heat_capacity_sum(table_segment: TableSegment, states: TabulatedStates) -> real {
+    let sum = state_sum(table_segment, 1u, states.properties, states);
+    return sum[0] + table_segment.fraction * sum[1];
 }
 
 fn rise_by_enthalpy(
@@ -94,32 +116,39 @@ fn rise_by_enthalpy(
     predicted_k: real,
     reduced: real,
     location: TableLocation,
-    enthalpy_columns: u32,
+    states: TabulatedStates,
 ) -> array<real, 2> {
+    let enthalpy_columns = (location.columns - states.count * ENTHALPY_COLUMNS) / 2u;
     let at = table_index(temperature_k, location);
     let here = table_segment(at, location);
-    let heat_capacity = interpolate(here, 1u);
-    let least = interpolate(column_offset(here, enthalpy_columns), 0u);
+    let capacity = state_sum(here, 1u, states.properties, states);
+    let heat_capacity = capacity[0] + here.fraction * capacity[1];
+    let lower_bound = state_sum(here, enthalpy_columns, ENTHALPY_COLUMNS / 2u, states);
+    let least = lower_bound[0] + here.fraction * lower_bound[1];
     let gained_j_kg = predicted_k * (reduced * least + (1.0 - reduced) * heat_capacity);
-    let own = rise_within_row(heat_capacity, column_pair(here, 1u)[1], gained_j_kg);
-    let sought_j_kg = integral(here, 1u) + gained_j_kg;
+    let own = rise_within_row(heat_capacity, capacity[1], gained_j_kg);
+    let own_start_j_kg = state_sum(here, 3u, states.properties, states)[0];
+    let mean = capacity[0] + 0.5 * here.fraction * capacity[1];
+    let sought_j_kg = own_start_j_kg + TABLE_STEP_K * here.fraction * mean + gained_j_kg;
     let last = location.rows - 1u;
-    let next_start_j_kg = column_pair(table_segment(row_start(min(at.row + 1u, last)), location), 3u)[0];
-    let passes_end = sought_j_kg >= next_start_j_kg && at.row < last;
-    if sought_j_kg >= column_pair(here, 3u)[0] && !passes_end {
+    let next = table_segment(row_start(min(at.row + 1u, last)), location);
+    let passes_end = sought_j_kg - state_sum(next, 3u, states.properties, states)[0] >= 0.0 && at.row < last;
+    if sought_j_kg - own_start_j_kg >= 0.0 && !passes_end {
         return array<real, 2>(own, least / heat_capacity);
     }
     var row = 0u;
     for (var span = location.enthalpy_search_span; span > 0u; span = span / 2u) {
-        let next = min(row + span, last);
-        if sought_j_kg >= column_pair(table_segment(row_start(next), location), 3u)[0] {
-            row = next;
+        let later = min(row + span, last);
+        let start = table_segment(row_start(later), location);
+        if sought_j_kg - state_sum(start, 3u, states.properties, states)[0] >= 0.0 {
+            row = later;
         }
     }
     let found = table_segment(row_start(row), location);
-    let capacity = column_pair(found, 1u);
-    let position = column_pair(column_offset(found, enthalpy_columns), 1u)[0];
-    let from_start_k = rise_within_row(capacity[0], capacity[1], sought_j_kg - column_pair(found, 3u)[0]);
+    let of_row = state_sum(found, 1u, states.properties, states);
+    let position = column_pair(found, enthalpy_columns + 1u)[0];
+    let start_j_kg = state_sum(found, 3u, states.properties, states)[0];
+    let from_start_k = rise_within_row(of_row[0], of_row[1], sought_j_kg - start_j_kg);
     let beyond_k = (from_start_k + position * TABLE_STEP_K) - temperature_k;
     return array<real, 2>(beyond_k, least / heat_capacity);
 }

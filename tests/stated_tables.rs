@@ -207,6 +207,97 @@ hot_face = {{ kind = "heated", flux = "20 kW/m^2", emissivity = 0.8 }}
     }
 }
 
+/// A slab that decomposes under 60 kW/m² for 60 s, with these tables, mixed by a rule.
+fn decomposing_slab([heat_capacity, conductivity]: [&str; 2], rule: &str, char: &str, resolution: &str) -> Case {
+    let material = material(heat_capacity, conductivity).replace("1000 kg/m^3", "800 kg/m^3")
+        + &format!(
+            "[decomposition]\nmixture_rule = \"{rule}\"\n[[decomposition.reaction]]\nmass_loss = 0.3\n\
+             pre_exponential = \"1e7 1/s\"\nactivation_energy = \"100 kJ/mol\"\norder = 1.0\n\
+             heat = \"0.3 MJ/kg\"\n[decomposition.char]{char}"
+        );
+    let files = BTreeMap::from([("materials/m.toml".to_owned(), material)]);
+    let text = format!(
+        r#"
+initial_temperature = "300 K"
+duration = "60 s"
+decomposition = true
+ply = [{{ name = "P", material = "m", thickness = "6 mm" }}]
+sensor = [{{ name = "S", depth = "3 mm" }}, {{ name = "B", below = "P" }}]
+hot_face = {{ kind = "heated", flux = "60 kW/m^2" }}
+gas = {{ flow = "quasi-steady" }}
+{resolution}
+"#
+    );
+    Case::from_toml(&text, "decomposing slab", &files).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn largest_error_k(found_k: &[f64], expected_k: [f64; 2]) -> f64 {
+    found_k.iter().zip(expected_k).map(|(found_k, expected_k)| (found_k - expected_k).abs()).fold(0.0, f64::max)
+}
+
+const STEEP: &str = "temperatures_k = [250, 440, 445, 620, 620, 1500]\nvalues = [0.1, 0.1, 1.0, 1.2, 0.4, 0.6]\n\
+                     unit = \"W/m/K\"\noutside = \"clamp\"";
+const STEEP_CHAR: &str = r#"
+heat_capacity.value = "1100 J/kg/K"
+[decomposition.char.conductivity]
+unit = "W/m/K"
+temperatures_k = [250, 470, 475, 650, 650, 1500]
+values = [0.15, 0.15, 1.5, 1.8, 0.6, 0.9]
+outside = "clamp"
+"#;
+const RATIOS: &str = r#"
+heat_capacity = { times_virgin = 1.2 }
+conductivity = { times_virgin = 1.6 }
+"#;
+
+/// Temperatures at half the depth and at the back of decomposing slabs after 60 s, K, by the method of lines in
+/// enthalpy of `tests/oracle`, within 20 mK. The char has a table of its own, mixed by volume and by mass, or is a
+/// multiple of the virgin material.
+const STEEP_STATES_K: [(&str, &str, [f64; 2]); 3] = [
+    ("volume", STEEP_CHAR, [774.2745, 728.9742]),
+    ("mass", STEEP_CHAR, [771.8813, 725.8525]),
+    ("volume", RATIOS, [777.4649, 734.8343]),
+];
+
+#[test]
+fn a_decomposing_ply_with_steep_conductivities_agrees_with_the_method_of_lines() {
+    for (rule, char, expected_k) in STEEP_STATES_K {
+        let tables = ["value = \"900 J/kg/K\"", STEEP];
+        let precision = if char == RATIOS { Precision::F32 } else { Precision::F64 };
+        let (found_k, claim_k) = at_end_k(&decomposing_slab(tables, rule, char, COARSE), precision);
+        let error_k = largest_error_k(&found_k, expected_k);
+        assert!(error_k < claim_k && claim_k < 0.6, "{rule}, {precision:?}: {error_k} K, claim {claim_k} K");
+        for (cells, most_k) in [(40, 0.6), (160, 0.2)] {
+            let resolution = format!("resolution = {{ cells = {cells} }}");
+            let (found_k, _) = at_end_k(&decomposing_slab(tables, rule, char, &resolution), Precision::F64);
+            let error_k = largest_error_k(&found_k, expected_k);
+            assert!(error_k < most_k, "{rule}, {cells} cells: {error_k} K");
+        }
+    }
+}
+
+/// The same of a slab whose virgin state alone takes 118.2 kJ/kg between 440 and 444 K, within 0.1 K.
+const LATENT_STATE_K: [f64; 2] = [676.12, 601.78];
+
+/// Within 0.1 K the same heat is taken at a lower temperature than within 4 K: by less than 2 K the slab is colder.
+#[test]
+fn latent_heat_of_one_state_of_a_decomposing_ply_is_conserved() {
+    let char = "\nheat_capacity.value = \"1100 J/kg/K\"\nconductivity.value = \"0.5 W/m/K\"\n";
+    let resolution = "resolution = { tolerance = \"2 K\" }";
+    for (nodes, most_k) in [
+        ("temperatures_k = [250, 440, 442, 444, 1500]\nvalues = [900, 900, 60000, 900, 900]", 0.3),
+        ("temperatures_k = [250, 440, 440.05, 440.1, 1500]\nvalues = [900, 900, 2364900, 900, 900]", 2.0),
+    ] {
+        let latent = format!("{nodes}\nunit = \"J/kg/K\"\noutside = \"clamp\"");
+        let case = decomposing_slab([&latent, "value = \"0.3 W/m/K\""], "volume", char, resolution);
+        for precision in [Precision::F64, Precision::F32] {
+            let (found_k, claim_k) = at_end_k(&case, precision);
+            let error_k = largest_error_k(&found_k, LATENT_STATE_K);
+            assert!(error_k < most_k && claim_k < 2.5, "{precision:?}, {nodes}: {error_k} K, claim {claim_k} K");
+        }
+    }
+}
+
 /// Two schedules of the pressure that are one until this time, s.
 const PARTS_S: f64 = 599.0;
 

@@ -2,7 +2,7 @@
 //!
 //! Errors are second order in cells and steps (`verify --group orders`), so that the difference between a plan and the
 //! plan with half of both is three times the error of the finer one; subtracting a third of it leaves terms of third
-//! and fourth order (Richardson, Phil. Trans. A 210, 1911). On the paper's layup the second march costs a quarter more
+//! order (Richardson, Phil. Trans. A 210, 1911). On the paper's layup the second march costs a quarter more
 //! and leaves a fifth of the error on 160 cells, a tenth on 320. The alternative, a scheme of fourth order through
 //! interfaces, contacts and radiating faces, would have to be written in Rust and in WGSL and would not estimate its
 //! own error.

@@ -6,18 +6,18 @@ use super::double_word::DoubleWord;
 use super::gas_advection::{advected_heat_gain, advected_heat_slopes, gas_enthalpy};
 use super::holder::lateral_heat_flux;
 use super::material::{
-    conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
+    at_pressure_levels, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
 };
 use super::member::Member;
 use super::mixture::{conductivity_divisor, mixture_sums, state_change};
 use super::state::{CellProperties, Mixture};
 use super::surface_flux::{SurfaceFlux, surface_flux};
 use super::table::{
-    RowSearch, TableIndex, column_offset, first_integral, index_by_directory, index_by_list, index_by_steps, integral,
-    interpolate, row_segment,
+    RowSearch, TableIndex, column_offset, index_by_directory, index_by_list, index_by_steps, integral, interpolate,
+    row_segment,
 };
 use crate::layout::GasTransport;
-use crate::layout::{BoundaryForcing, Cell, ENTHALPY_COLUMNS, GAS_COLUMNS, STEEP_COLUMNS};
+use crate::layout::{BoundaryForcing, Cell, ENTHALPY_COLUMNS, GAS_COLUMNS, MAX_STATES, STEEP_COLUMNS};
 use std::ops::Range;
 
 /// A cell at a stage, as its two interior faces see it.
@@ -67,38 +67,6 @@ pub(super) struct NodeColumns<'a, R: Real> {
 #[inline(always)]
 fn subtract_advection<R: Real>(conductivity_slopes: [R; 2], advection: [R; 2]) -> [R; 2] {
     [conductivity_slopes[0] - advection[0], conductivity_slopes[1] - advection[1]]
-}
-
-/// Conductance between two nodes of a ply and its slopes by their temperatures, W/m²/K, from the integral of the
-/// conductivity between the temperatures where these lie in different rows of the table: the flux is then a difference
-/// of integrals (Kirchhoff's transformation; Carslaw and Jaeger, 1959, section 1.6), and counts a jump of the
-/// conductivity where it lies between the nodes. Within a row the mean of both is exact, and has no difference of large
-/// numbers.
-///
-/// The slopes are those of the upper bounds of both conductivities: a cell that passes a jump of the conductivity
-/// within a step would overshoot by hundreds of kelvin with the slope of the smaller one.
-#[inline(always)]
-fn integrated_conductance<R: Real>(
-    integrals: [[R; 3]; 2],
-    drop: R,
-    half_over_next_1_m: R::Constant,
-    by_mean: [R; 3],
-) -> [R; 3] {
-    let [[integral, position, most], [next_integral, next_position, next_most]] = integrals;
-    let is_same = position.ge_mask(next_position) * next_position.ge_mask(position);
-    let is_apart = R::from_f64(1.0) - is_same;
-    let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
-    let between = (integral - next_integral) / (drop * is_apart + is_same) * over_next_1_m;
-    let conductance = is_same * by_mean[0] + is_apart * between;
-    // In a ply whose conductivity is not integrated the bounds are zero.
-    let is_integrated = most.ge_mask(R::from_f64(f64::from(f32::MIN_POSITIVE)));
-    let slope = most * over_next_1_m - conductance;
-    let next_slope = conductance - next_most * over_next_1_m;
-    [
-        conductance,
-        is_integrated * slope + (R::from_f64(1.0) - is_integrated) * by_mean[1],
-        is_integrated * next_slope + (R::from_f64(1.0) - is_integrated) * by_mean[2],
-    ]
 }
 
 /// Zero flux: below the last cell.
@@ -166,10 +134,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         // Constant bounds of the row: the reads below need no bounds check.
         let location = plan.tables[p];
         let advances_enthalpy = location.enthalpy_search_span > 0;
-        let integral_column = location.conductivity_integral as usize;
         let columns = 2 * plan.properties()
             + if GAS { GAS_COLUMNS } else { 0 }
-            + if integral_column > 0 { STEEP_COLUMNS } else { 0 }
+            + if location.conductivity_integral > 0 { STEEP_COLUMNS } else { 0 }
             + if advances_enthalpy { ENTHALPY_COLUMNS } else { 0 };
         let tables = &self.rows.tables[..];
         let table = &tables[location.offset as usize..];
@@ -191,8 +158,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let conductivity_scale = own[0].conductivity;
         let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
         let risen = &mut self.reactions.enthalpy_rises[of_states];
-        let integrals =
-            &mut self.thermal.conductivity_integrals[if integral_column > 0 { cells.clone() } else { 0..0 }];
         // Row offsets of all cells first, then the reads: otherwise each read waits for its own offset (time ratio 0.93
         // in f64 and 0.83 in f32).
         let offsets = &mut self.thermal.row_offsets[..rows.len()];
@@ -240,10 +205,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let here = solid_properties(row, parts, scale, with_slope);
             let capacity = density_kg_m3 * here.heat_capacity * R::constant(rows[i].width_m);
             matter[i].set(here.conductivity, here.slope, capacity, stage);
-            if integral_column > 0 {
-                let [integral, position, most] = first_integral(row, integral_column);
-                integrals[i] = [scale.solid * integral, position, scale.solid * most];
-            }
             if reads_gas {
                 [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(column_offset(row, plan.properties()));
             }
@@ -299,32 +260,78 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     }
 
     /// Fluxes from a cell to the next of its ply, whose conductivity may be integrated.
+    ///
+    /// The slopes are then those of the upper bounds of both conductivities: a cell that passes a jump of the
+    /// conductivity within a step would overshoot by hundreds of kelvin with the slope of the smaller one.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "as its WGSL twin")]
     pub(super) fn flux_within_ply<const STEEP: bool>(
         &self,
+        p: usize,
         cell: usize,
         here: Node<R>,
         next: Node<R>,
         half_over_next_1_m: R::Constant,
+        step: usize,
         stage: usize,
     ) -> InteriorFaceFlux<R> {
-        let mut conductance =
-            conductance_within(here.properties.conductivity, next.properties.conductivity, half_over_next_1_m);
+        let (own, other) = (here.properties, next.properties);
+        let mut conductance = conductance_within(own.conductivity, other.conductivity, half_over_next_1_m);
         let drop = difference(here.temperature, next.temperature);
         let mut conductivity_slopes = [R::from_f64(0.0); 2];
         if stage == 0 {
             let gain = drop * half_over_next_1_m;
-            conductivity_slopes = [here.properties.slope_or_capacity * gain, next.properties.slope_or_capacity * gain];
+            conductivity_slopes = [own.slope_or_capacity * gain, other.slope_or_capacity * gain];
         }
         if STEEP {
-            [conductance, conductivity_slopes[0], conductivity_slopes[1]] = integrated_conductance(
-                [self.thermal.conductivity_integrals[cell], self.thermal.conductivity_integrals[cell + 1]],
-                drop,
-                half_over_next_1_m,
-                [conductance, conductivity_slopes[0], conductivity_slopes[1]],
-            );
+            let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
+            let [missed, excess, next_excess] = self.conductivity_by_integral(p, cell, drop, step, stage);
+            conductance = conductance + missed * over_next_1_m;
+            if stage == 0 {
+                conductivity_slopes = [
+                    (own.conductivity + excess) * over_next_1_m - conductance,
+                    conductance - (other.conductivity + next_excess) * over_next_1_m,
+                ];
+            }
         }
         self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)
+    }
+
+    /// What the mean of the conductivities of a cell and the next misses of the integral of the conductivity between
+    /// their temperatures over the temperature drop (Kirchhoff's transformation; Carslaw and Jaeger, 1959, section
+    /// 1.6), which counts a jump of the conductivity where it lies between the nodes; and by how much the upper bound
+    /// of either conductivity exceeds it, W/m/K. States have the mean of their weights in both cells, and pressure
+    /// levels those of the mean pressure. Within a row of the table the mean is exact, and has no difference of large
+    /// numbers.
+    #[inline(always)]
+    fn conductivity_by_integral(&self, p: usize, cell: usize, drop: R, step: usize, stage: usize) -> [R; 3] {
+        let (zero, one, half) = (R::from_f64(0.0), R::from_f64(1.0), R::from_f64(0.5));
+        let (ply, table) = (&self.plan.plies[p], &self.plan.tables[p]);
+        let index_at = |i: usize| self.ply_index(p, self.thermal.temperatures[i].high + self.stage_increment(i, stage));
+        let (at, next_at) = (index_at(cell), index_at(cell + 1));
+        let (row, next_row) = (zero + at.row, zero + next_at.row);
+        let is_same = row.ge_mask(next_row) * next_row.ge_mask(row);
+        let per_drop_1_k = (one - is_same) / ((one - is_same) * drop + is_same);
+        let pressures_pa = [cell, cell + 1].map(|i| self.cell_pressure_pa(i, step, stage));
+        let pressure = self.pressure_index(p, half * (pressures_pa[0] + pressures_pa[1]));
+        let weights = self.conductivity_weights(p, cell, stage);
+        let next_weights = self.conductivity_weights(p, cell + 1, stage);
+        let mut sums = [zero; 3];
+        for level in 0..ply.levels.min(2) as usize {
+            let rows = [at, next_at].map(|at| self.row_at(p, at_pressure_levels(at, table.rows, pressure)[level]));
+            let share = if level == 1 { pressure.fraction } else { one - pressure.fraction };
+            for state in 0..MAX_STATES {
+                if state < ply.rows as usize {
+                    let [own, next] = rows.map(|row| self.conductivity_integral(p, state, row));
+                    let by_mean = half * (own[0] + next[0]);
+                    let missed = (own[1] - next[1]) * per_drop_1_k - (one - is_same) * by_mean;
+                    sums[0] = sums[0] + share * (half * (weights[state] + next_weights[state])) * missed;
+                    sums[1] = sums[1] + share * weights[state] * (own[2] - own[0]);
+                    sums[2] = sums[2] + share * next_weights[state] * (next[2] - next[0]);
+                }
+            }
+        }
+        sums
     }
 
     /// Fluxes across the interface above a ply, from the last cell of the ply before.

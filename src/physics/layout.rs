@@ -143,8 +143,8 @@ rows! {
         /// Length of a list of row starts, which takes the place of the directory where they are few; else zero. The
         /// first, the origin of the steps, has a group of columns of its own.
         list_length,
-        /// The property of a row that is the integral of the conductivity; zero where fluxes use the mean of two
-        /// conductivities. The position of the row in table steps is the property after it.
+        /// The first property of a row for a conductivity that is integrated; zero where fluxes use the mean of two
+        /// conductivities.
         conductivity_integral,
         /// The largest power of two of the row numbers, for a search by enthalpy; zero where steps advance
         /// temperatures.
@@ -279,12 +279,11 @@ pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * MAX_STATES);
 /// Gas columns at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant (kg K/J) and
 /// viscosity (Pa s).
 pub const GAS_COLUMNS: usize = 2 * 4;
-/// Columns of a row, before those of enthalpies, for a conductivity that is integrated: its integral from the start of
-/// the table (W/m), the position of the row in table steps, its upper bound (W/m/K), and an unused pair, as columns
-/// are read in groups.
-pub const STEEP_COLUMNS: usize = 2 * 4;
-/// Columns at the end of a row of a table for steps that advance enthalpies: lower bound of the heat capacity (J/kg/K),
-/// and the position of the row in table steps.
+/// Columns of a row, before those of enthalpies, for each tabulated state where a conductivity is integrated: the
+/// integral of its first conductivity column from the start of the table (W/m), and the upper bound of it (W/m/K).
+pub const STEEP_COLUMNS: usize = 2 * 2;
+/// Columns at the end of a row for each tabulated state where steps advance enthalpies: the lower bound of its heat
+/// capacity (J/kg/K), and the position of the row in table steps.
 pub const ENTHALPY_COLUMNS: usize = 2 * 2;
 /// Maximum number of states of a ply.
 pub const MAX_STATES: usize = 4;

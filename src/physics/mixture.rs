@@ -7,12 +7,14 @@ use super::material::{
     ConductivityParts, PlyScale, PressureIndex, SolidProperties, StateScale, at_pressure_levels, solid_properties,
 };
 use super::member::Member;
+use super::state::{ReactionState, Scales};
 use super::table::{
-    TableIndex, TableSegment, column_offset, integral, interpolate, rise_by_enthalpy, table_index, table_segment,
+    TableIndex, TableSegment, TabulatedStates, column_offset, first_integral, heat_capacity_sum, integral, interpolate,
+    rise_by_enthalpy, table_index, table_segment,
 };
 use crate::layout::GasTransport;
 use crate::layout::{
-    AIR_PROPERTIES, BulkProperties, ConductivityColumns, ENTHALPY_COLUMNS, MAX_STATES, PlanData, PlanRows, ReactionPath,
+    AIR_PROPERTIES, BulkProperties, ConductivityColumns, MAX_STATES, PlanData, PlanRows, ReactionPath, STEEP_COLUMNS,
 };
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
@@ -186,6 +188,37 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         SolidProperties { conductivity: here.conductivity * per_left, slope: here.slope * per_left, ..here }
     }
 
+    /// Factor of each tabulated state of a cell on the first of its conductivity columns.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
+    #[inline(always)]
+    pub(super) fn conductivity_weights(&self, p: usize, cell: usize, stage: usize) -> [R; MAX_STATES] {
+        let ply = self.plan.plies[p];
+        let mut weights = self.stage_phases(p, cell, stage);
+        let left =
+            conductivity_divisor(self.mass_ratio(p, weights), self.scales.plies[p], self.rows.bulk_properties[p]);
+        let per_left = R::from_f64(1.0) / left;
+        if ply.rows == 1 {
+            let own = &self.scales.states[ply.first_state as usize..][..ply.states as usize];
+            let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
+            weights[0] = mixture_sums(&weights[..own.len()], &changes, 1).conductivity.solid * per_left;
+            return weights;
+        }
+        for state in 0..MAX_STATES {
+            if state < ply.rows as usize {
+                weights[state] = weights[state] * self.scale_of(p, state).conductivity.solid * per_left;
+            }
+        }
+        weights
+    }
+
+    /// The first conductivity column of a state in a row (W/m/K), its integral from the start of the table (W/m), and
+    /// its upper bound (W/m/K).
+    #[inline(always)]
+    pub(super) fn conductivity_integral(&self, p: usize, state: usize, row: TableSegment<'a, R>) -> [R; 3] {
+        let steep = self.plan.tables[p].conductivity_integral as usize + state * STEEP_COLUMNS / 2;
+        first_integral(self.state_columns(state, row), column_offset(row, steep))
+    }
+
     /// Sums over the states of a cell at one pressure level. States that are multiples of the virgin one are summed
     /// before the row is read, as the read costs more than the sums.
     #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
@@ -269,7 +302,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
 
     /// Position of a pressure among the levels of a ply, linear in its logarithm; at the end levels beyond them.
     #[inline(always)]
-    fn pressure_index(&self, p: usize, pressure_pa: R) -> PressureIndex<R> {
+    pub(super) fn pressure_index(&self, p: usize, pressure_pa: R) -> PressureIndex<R> {
         let ply = &self.plan.plies[p];
         let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
         if ply.levels < 2 {
@@ -294,8 +327,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         (position - here) / (next - here)
     }
 
-    /// Heat capacity of the composition of a cell at the second stage over that at the first, at one temperature, where
-    /// the residues are multiples of the virgin material.
+    /// Heat capacity of the composition of a cell at the second stage over that at the first, at the temperature of the
+    /// second stage.
     #[inline(always)]
     pub(super) fn composition_ratio(&self, p: usize, cell: usize) -> R {
         let ply = self.plan.plies[p];
@@ -303,14 +336,44 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         if !GAS || states == 1 {
             return R::from_f64(1.0);
         }
+        let mut capacities = [R::from_f64(0.0); 2];
+        if ply.rows > 1 {
+            let row = self.ply_row(p, self.thermal.temperatures[cell].high + self.stage_increment(cell, 1));
+            for (stage, capacity) in capacities.iter_mut().enumerate() {
+                let tabulated = Self::tabulated_states(self.plan, &self.scales, &self.reactions, [p, cell], stage);
+                *capacity = heat_capacity_sum(row, &tabulated);
+            }
+            return capacities[1] / capacities[0];
+        }
         let own = &self.scales.states[ply.first_state as usize..][..states];
         let changes = [state_change(own, 0), state_change(own, 1), state_change(own, 2), state_change(own, 3)];
-        let mut scales = [R::from_f64(0.0); 2];
-        for (stage, scale) in scales.iter_mut().enumerate() {
+        for (stage, capacity) in capacities.iter_mut().enumerate() {
             let phases = self.stage_phases(p, cell, stage);
-            *scale = mixture_sums(&phases[..states], &changes, ply.parts as usize).enthalpy_scale;
+            *capacity = mixture_sums(&phases[..states], &changes, ply.parts as usize).enthalpy_scale;
         }
-        scales[1] / scales[0]
+        capacities[1] / capacities[0]
+    }
+
+    /// The tabulated states of a cell with its composition at a stage. One state has the weight one, as its multiples
+    /// have the same temperature rise.
+    #[inline(always)]
+    pub(super) fn tabulated_states(
+        plan: &PlanRows,
+        scales: &Scales<R>,
+        reactions: &ReactionState<R>,
+        [p, cell]: [usize; 2],
+        stage: usize,
+    ) -> TabulatedStates<R> {
+        let ply = plan.plies[p];
+        let count = ply.rows as usize;
+        let mut weights = Self::virgin();
+        if GAS && count > 1 {
+            for (state, weight) in weights.iter_mut().enumerate().take(count) {
+                *weight = reactions.phases[stage][cell * plan.max_states + state]
+                    * scales.states[ply.first_state as usize + state].enthalpy_scale;
+            }
+        }
+        TabulatedStates { count, properties: plan.properties(), weights }
     }
 
     /// Rise of a cell's temperature over an increment of the scheme, K, and the lower bound of its heat capacity over
@@ -320,6 +383,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     pub(super) fn temperature_rise(
         plan: &PlanRows,
         rows: &PlanData<R::Scalar>,
+        tabulated: &TabulatedStates<R>,
         [p, cell]: [usize; 2],
         temperature_k: R,
         increment: R,
@@ -329,9 +393,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         if location.enthalpy_search_span == 0 {
             return [increment, one];
         }
-        let enthalpy_columns = (location.columns as usize - ENTHALPY_COLUMNS) / 2;
-        let [rise_k, least] =
-            rise_by_enthalpy(temperature_k, increment, reduced, &rows.tables, location, enthalpy_columns);
+        let [rise_k, least] = rise_by_enthalpy(temperature_k, increment, reduced, &rows.tables, location, tabulated);
         let mut held = R::from_f64(0.0);
         for (face, face_cell) in [0, rows.cells.len() - 1].into_iter().enumerate() {
             if cell == face_cell {

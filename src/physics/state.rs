@@ -87,10 +87,6 @@ pub(super) struct Thermal<R: Real> {
     pub(super) system: Vec<EliminatedRow<R>>,
     /// Temperature rise of each cell at the first stage, K.
     pub(super) first_increments: Vec<R>,
-    /// Where fluxes within some ply are differences of the integral of its conductivity: the integral at the stage last
-    /// evaluated, W/m, the position of the table row, and the upper bound of the conductivity, W/m/K; zero in other
-    /// plies.
-    pub(super) conductivity_integrals: Vec<[R; 3]>,
     /// Where steps of some ply advance enthalpies: solution of the first stage, which is not the temperature rise; one
     /// where the heat capacity of a cell is reduced to its lower bound, else zero.
     pub(super) first_solution: Vec<R>,
@@ -247,7 +243,6 @@ impl<R: Real> Thermal<R> {
                 cells
             ],
             first_increments: vec![zero; cells],
-            conductivity_integrals: vec![[zero; 3]; if plan.has_steep_conductivities { cells } else { 0 }],
             first_solution: vec![zero; if plan.has_enthalpy_steps { cells } else { 0 }],
             reduced: vec![zero; if plan.has_enthalpy_steps { cells } else { 0 }],
         }

@@ -134,7 +134,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let (start_k, solution) = (self.thermal.temperatures[i].high, self.thermal.first_solution[i]);
                 let reduced = self.thermal.reduced[i];
-                let [rise_k, _] = Self::temperature_rise(self.plan, self.rows, [p, i], start_k, solution, reduced);
+                let states = Self::tabulated_states(self.plan, &self.scales, &self.reactions, [p, i], 0);
+                let [rise_k, _] =
+                    Self::temperature_rise(self.plan, self.rows, &states, [p, i], start_k, solution, reduced);
                 self.thermal.first_increments[i] = reduced * rise_k + (one - reduced) * solution;
                 exceeds = exceeds.max(exceeds_increment(rise_k, solution) * (one - reduced));
             }
@@ -160,7 +162,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let (start_k, solution) = (self.thermal.temperatures[i].high, self.thermal.first_solution[i]);
                 let reduced = self.thermal.reduced[i];
-                let [rise_k, least] = Self::temperature_rise(self.plan, self.rows, [p, i], start_k, solution, reduced);
+                let states = Self::tabulated_states(self.plan, &self.scales, &self.reactions, [p, i], 0);
+                let [rise_k, least] =
+                    Self::temperature_rise(self.plan, self.rows, &states, [p, i], start_k, solution, reduced);
                 let mut reduces = exceeds_increment(rise_k, solution);
                 if reduction + 1 == CAPACITY_REDUCTIONS {
                     reduces = exceeds;
@@ -216,7 +220,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 if plan.has_enthalpy_steps {
                     let (start_k, reduced) = (temperatures[i].high, self.thermal.reduced[cells.start + i]);
                     let at = [p, cells.start + i];
-                    [increment, _] = Self::temperature_rise(plan, rows, at, start_k, increment, reduced);
+                    let states = Self::tabulated_states(plan, &self.scales, &self.reactions, at, 0);
+                    [increment, _] = Self::temperature_rise(plan, rows, &states, at, start_k, increment, reduced);
                 }
                 temperatures[i] = add_compensated(temperatures[i], increment);
                 let high = temperatures[i].high;

@@ -272,7 +272,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// layup, the last of the ply before, or, past the last ply, the last of the layup. `None` if the first ply has one
     /// cell.
     #[inline(always)]
-    fn node_above(&self, p: usize, stage: usize) -> Option<(Position, Node<R>, InteriorFaceFlux<R>)> {
+    fn node_above(&self, p: usize, step: usize, stage: usize) -> Option<(Position, Node<R>, InteriorFaceFlux<R>)> {
         if p == self.scales.plies.len() {
             let last = self.thermal.temperatures.len() - 1;
             let here = self.node_columns(last..last + 1).node::<GAS>(0, stage);
@@ -288,8 +288,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let below = if p == 0 {
             let half_over_next_1_m = R::constant(nodes.cells[0].half_over_next_1_m);
             match self.integrates_conductivity(0) {
-                true => self.flux_within_ply::<true>(0, here, next, half_over_next_1_m, stage),
-                false => self.flux_within_ply::<false>(0, here, next, half_over_next_1_m, stage),
+                true => self.flux_within_ply::<true>(0, 0, here, next, half_over_next_1_m, step, stage),
+                false => self.flux_within_ply::<false>(0, 0, here, next, half_over_next_1_m, step, stage),
             }
         } else {
             self.flux_across_interface(p, here, next, stage)
@@ -332,7 +332,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let cell = cells.start + i;
             let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
             let half_over_next_1_m = R::constant(nodes.cells[i].half_over_next_1_m);
-            let below = self.flux_within_ply::<STEEP>(cell, here, next, half_over_next_1_m, 0);
+            let below = self.flux_within_ply::<STEEP>(p, cell, here, next, half_over_next_1_m, step, 0);
             let at = Position { ply: p, cell, face: None };
             *row = self.first_stage_row(sweep, at, here, below, inverse_step_1_s, step);
         }
@@ -354,7 +354,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let cell = cells.start + i;
             let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
             let half_over_next_1_m = R::constant(nodes.cells[i].half_over_next_1_m);
-            let below = self.flux_within_ply::<STEEP>(cell, here, next, half_over_next_1_m, 1);
+            let below = self.flux_within_ply::<STEEP>(p, cell, here, next, half_over_next_1_m, step, 1);
             let at = Position { ply: p, cell, face: None };
             row.rhs_or_increment = self.second_stage_row(sweep, at, here, below, *row, twice_inverse_step_1_s, step);
         }
@@ -368,7 +368,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut sweep = forward_sweep();
         let mut system = std::mem::take(&mut self.thermal.system);
         for p in 0..=self.scales.plies.len() {
-            if let Some((at, here, below)) = self.node_above(p, 0) {
+            if let Some((at, here, below)) = self.node_above(p, step, 0) {
                 system[at.cell] = self.first_stage_row(&mut sweep, at, here, below, inverse_step_1_s, step);
             }
             let Some((cells, after_first)) = self.links_within(p) else { break };
@@ -391,7 +391,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut sweep = forward_sweep();
         let mut system = std::mem::take(&mut self.thermal.system);
         for p in 0..=self.scales.plies.len() {
-            if let Some((at, here, below)) = self.node_above(p, 1) {
+            if let Some((at, here, below)) = self.node_above(p, step, 1) {
                 let row = system[at.cell];
                 system[at.cell].rhs_or_increment =
                     self.second_stage_row(&mut sweep, at, here, below, row, twice_inverse_step_1_s, step);

@@ -6,7 +6,7 @@
 //! start within it.
 
 use super::Real;
-use crate::layout::{COLUMNS_PER_LOAD, TABLE_STEP_K, TABLE_STEPS, TableLocation};
+use crate::layout::{COLUMNS_PER_LOAD, ENTHALPY_COLUMNS, MAX_STATES, TABLE_STEP_K, TABLE_STEPS, TableLocation};
 
 /// Position of a temperature in a table: the row, an integer, and the distance from its start in table steps.
 #[derive(Clone, Copy)]
@@ -159,21 +159,54 @@ pub fn integral<R: Real>(segment: TableSegment<'_, R>, property: usize) -> R {
     segment.fraction * R::constant_from_f64(TABLE_STEP_K) * mean + risen
 }
 
-/// Integral of the first property from the table's start, the position of the row in table steps, and the upper bound
-/// of the property; the property `at` has the integral at the nodes, and those after it the others.
+/// The first property of a segment, its integral from the start of the table, and its upper bound. The first property
+/// of `steep` has the integral at the nodes, the second the upper bound.
 #[inline(always)]
-pub fn first_integral<R: Real>(segment: TableSegment<'_, R>, at: usize) -> [R; 3] {
-    let [under, rise] = column_pair(segment, 0);
-    let columns = column_offset(segment, at);
-    let ([risen, _], [position, _]) = (column_pair(columns, 0), column_pair(columns, 1));
+pub fn first_integral<R: Real>(segment: TableSegment<'_, R>, steep: TableSegment<'_, R>) -> [R; 3] {
+    let ([under, rise], [risen, _]) = (column_pair(segment, 0), column_pair(steep, 0));
     let mean = segment.fraction * R::constant_from_f64(0.5) * rise + under;
     let integral = segment.fraction * R::constant_from_f64(TABLE_STEP_K) * mean + risen;
-    [integral, R::from_f64(0.0) + position, interpolate(columns, 2)]
+    [interpolate(segment, 0), integral, interpolate(steep, 1)]
+}
+
+/// The tabulated states of a cell: their number, the properties of each in a row, and the weights of their heat
+/// capacities in that of the cell.
+#[derive(Clone, Copy)]
+pub struct TabulatedStates<R> {
+    pub count: usize,
+    pub properties: usize,
+    pub weights: [R; MAX_STATES],
+}
+
+/// Weighted sum over the states of a property at the start of a row, and of its rise per table step. The property of
+/// the next state is `stride` properties further on.
+#[inline(always)]
+fn state_sum<R: Real>(
+    segment: TableSegment<'_, R>,
+    property: usize,
+    stride: usize,
+    states: &TabulatedStates<R>,
+) -> [R; 2] {
+    let [start, rise] = column_pair(segment, property);
+    let mut sum = [states.weights[0] * start, states.weights[0] * rise];
+    for state in 1..MAX_STATES {
+        if state < states.count {
+            let [start, rise] = column_pair(segment, property + state * stride);
+            sum = [sum[0] + states.weights[state] * start, sum[1] + states.weights[state] * rise];
+        }
+    }
+    sum
+}
+
+/// Weighted sum of the heat capacities of the states at a temperature.
+#[inline(always)]
+pub fn heat_capacity_sum<R: Real>(segment: TableSegment<'_, R>, states: &TabulatedStates<R>) -> R {
+    let [start, rise] = state_sum(segment, 1, states.properties, states);
+    segment.fraction * rise + start
 }
 
 /// Rise of the temperature of a cell, K, for the enthalpy of a rise by `predicted_k` at its heat capacity, or, where
-/// `reduced` is one and not zero, at the lower bound of it; and the lower bound over the heat capacity. The enthalpy
-/// columns of a row begin at the property `enthalpy_columns`.
+/// `reduced` is one and not zero, at the lower bound of it; and the lower bound over the heat capacity.
 ///
 /// Within the row the rise is a root of the quadratic integral of the heat capacity, without a difference of
 /// temperatures. Beyond, the row is found by bisection of the integrals at the starts of the rows.
@@ -184,22 +217,28 @@ pub fn rise_by_enthalpy<R: Real>(
     reduced: R,
     tables: &[R::Scalar],
     location: &TableLocation<u32>,
-    enthalpy_columns: usize,
+    states: &TabulatedStates<R>,
 ) -> [R; 2] {
+    let enthalpy_columns = (location.columns as usize - states.count * ENTHALPY_COLUMNS) / 2;
     let at = table_index(temperature_k, tables, location);
     let here = table_segment(tables, at, location);
-    let heat_capacity = interpolate(here, 1);
-    let least = interpolate(column_offset(here, enthalpy_columns), 0);
+    let start_at = |row: R::Constant| -> R {
+        state_sum(table_segment(tables, row_start::<R>(row), location), 3, states.properties, states)[0]
+    };
+    let [capacity_start, slope] = state_sum(here, 1, states.properties, states);
+    let heat_capacity = here.fraction * slope + capacity_start;
+    let [least_start, least_rise] = state_sum(here, enthalpy_columns, ENTHALPY_COLUMNS / 2, states);
+    let least = here.fraction * least_rise + least_start;
     let gained_j_kg = predicted_k * (reduced * least + (R::from_f64(1.0) - reduced) * heat_capacity);
-    let [_, slope] = column_pair(here, 1);
     let own = rise_within_row(heat_capacity, slope, gained_j_kg);
-    let sought_j_kg = integral(here, 1) + gained_j_kg;
-    let (one, last) = (R::constant_from_f64(1.0), R::constant_from_f64(f64::from(location.rows - 1)));
-    let [own_start_j_kg, _] = column_pair(here, 3);
-    let [next_start_j_kg, _] =
-        column_pair(table_segment(tables, row_start::<R>((at.row + one).min(last)), location), 3);
-    let passes_end = sought_j_kg.reaches(next_start_j_kg) * (one - at.row.reaches(last));
-    let stays = sought_j_kg.reaches(own_start_j_kg) * (one - passes_end);
+    let own_start_j_kg = state_sum(here, 3, states.properties, states)[0];
+    let mean = here.fraction * R::constant_from_f64(0.5) * slope + capacity_start;
+    let sought_j_kg = here.fraction * R::constant_from_f64(TABLE_STEP_K) * mean + own_start_j_kg + gained_j_kg;
+    let (zero, one) = (R::constant_from_f64(0.0), R::constant_from_f64(1.0));
+    let last = R::constant_from_f64(f64::from(location.rows - 1));
+    let next_start_j_kg = start_at((at.row + one).min(last));
+    let passes_end = (sought_j_kg - next_start_j_kg).reaches(zero) * (one - at.row.reaches(last));
+    let stays = (sought_j_kg - own_start_j_kg).reaches(zero) * (one - passes_end);
     // Most cells stay in their row: the search is for the others.
     if !(one - stays).any_nonzero() {
         return [own, least / heat_capacity];
@@ -209,15 +248,13 @@ pub fn rise_by_enthalpy<R: Real>(
     while span > 0 {
         let step = R::constant_from_f64(f64::from(span));
         let next = (row + step).min(last);
-        let [start_j_kg, _] = column_pair(table_segment(tables, row_start::<R>(next), location), 3);
-        row = (row + sought_j_kg.reaches(start_j_kg) * step).min(last);
+        row = (row + (sought_j_kg - start_at(next)).reaches(zero) * step).min(last);
         span /= 2;
     }
     let found = table_segment(tables, row_start::<R>(row), location);
-    let [start_j_kg, _] = column_pair(found, 3);
-    let [capacity, slope] = column_pair(found, 1);
-    let [position, _] = column_pair(column_offset(found, enthalpy_columns), 1);
-    let from_start_k = rise_within_row(R::from_f64(0.0) + capacity, slope, sought_j_kg - start_j_kg);
+    let [capacity, slope] = state_sum(found, 1, states.properties, states);
+    let [position, _] = column_pair(found, enthalpy_columns + 1);
+    let from_start_k = rise_within_row(capacity, slope, sought_j_kg - start_at(row));
     let beyond_k = (from_start_k + position * R::constant_from_f64(TABLE_STEP_K)) - temperature_k;
     [own * stays + beyond_k * (one - stays), least / heat_capacity]
 }
@@ -230,7 +267,7 @@ fn row_start<R: Real>(row: R::Constant) -> TableIndex<R> {
 
 /// Temperature rise of an enthalpy rise, K, from a heat capacity with a slope per table step.
 #[inline(always)]
-fn rise_within_row<R: Real>(heat_capacity: R, slope: R::Constant, gained_j_kg: R) -> R {
+fn rise_within_row<R: Real>(heat_capacity: R, slope: R, gained_j_kg: R) -> R {
     let zero = R::from_f64(0.0);
     let slope_j_kg_k2 = slope * R::constant_from_f64(1.0 / TABLE_STEP_K);
     let discriminant = heat_capacity * heat_capacity + (gained_j_kg + gained_j_kg) * slope_j_kg_k2;

@@ -96,8 +96,8 @@ impl Plan {
             )?;
             (state, reaction) = (state + ply.states as usize, ply.end_reaction as usize);
             let gas = if self.rows.gas.is_some() { GAS_COLUMNS } else { 0 };
-            let enthalpy = if table.enthalpy_search_span > 0 { ENTHALPY_COLUMNS } else { 0 };
-            let steep = if table.conductivity_integral > 0 { STEEP_COLUMNS } else { 0 };
+            let enthalpy = if table.enthalpy_search_span > 0 { ply.rows as usize * ENTHALPY_COLUMNS } else { 0 };
+            let steep = if table.conductivity_integral > 0 { ply.rows as usize * STEEP_COLUMNS } else { 0 };
             let columns = 2 * ply.rows as usize * self.rows.properties() + gas + steep + enthalpy;
             self.check_table(table, ply.levels as usize, columns)?;
         }

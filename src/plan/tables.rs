@@ -70,28 +70,20 @@ impl Tables {
 }
 
 /// Whether steps of a ply of this material advance the enthalpy of its cells, so that they pass over no peak of its
-/// heat capacity: where the heat over 20 K differs by more than a tenth from that of the mean of the heat capacities at
-/// both ends. Where several states have heat capacities of their own, steps advance temperatures.
+/// heat capacity: where the heat of some state over 20 K differs by more than a tenth from that of the mean of the heat
+/// capacities at both ends.
 pub fn advances_enthalpy(material: &Material) -> bool {
-    tabulated_states(material) == 1 && is_steep(&material.heat_capacity)
+    conductivity_and_heat_capacity(material).any(|(_, heat_capacity)| is_steep(heat_capacity))
 }
 
-/// Whether fluxes within a ply of this material are differences of the integral of its conductivity, so that a jump
-/// between two nodes counts where it lies: where the mean of the conductivities at both ends of 20 K differs by more
-/// than a tenth from their integral. Not in decomposing materials, nor where parts of the conductivity have factors of
-/// their own or follow a changing pressure: there the mean is taken.
+/// Whether fluxes within a ply of this material are differences of the integrals of its conductivities, so that a jump
+/// between two nodes counts where it lies: where the mean of the conductivities of some state at both ends of 20 K
+/// differs by more than a tenth from their integral.
 pub fn integrates_conductivity(material: &Material) -> bool {
-    let is_table = |conductivity: &Conductivity| match conductivity {
+    material.state_conductivities().any(|(_, conductivity)| match conductivity {
         Conductivity::Tables(tables) => tables.iter().any(|(_, table)| is_steep(table)),
         Conductivity::ThreePart(_) => false,
-    };
-    material.decomposition.is_none() && is_table(&material.conductivity)
-}
-
-/// Whether the plies of a material integrate its conductivity in a case.
-fn case_integrates_conductivity(case: &Case, material: &Material) -> bool {
-    let has_levels = matches!(&material.conductivity, Conductivity::Tables(tables) if tables.len() > 1);
-    integrates_conductivity(material) && !(has_levels && pressure_changes(case))
+    })
 }
 
 fn is_steep(property: &Table) -> bool {
@@ -430,18 +422,18 @@ fn ply_columns(
     }
     debug_assert_eq!(columns.len(), tabulated_states(material) * properties_per_state(parts), "the layout's columns");
     columns.extend(gas_columns(case));
-    if case_integrates_conductivity(case, material) {
-        let conductivity =
-            conductivity_part(&material.conductivity, origin_k, pressure_pa, follows_pressure, [true; 3]);
-        columns.extend([
-            Column::Integral(columns.len()),
-            Column::Position,
-            Column::UpperBound(conductivity),
-            Column::Position,
-        ]);
+    if integrates_conductivity(material) {
+        for state in 0..tabulated_states(material) {
+            let first_column = state * properties_per_state(parts);
+            let Column::Property(conductivity) = &columns[first_column] else { continue };
+            let bound = Column::UpperBound(conductivity.clone());
+            columns.extend([Column::Integral(columns.len() - first_column), bound]);
+        }
     }
     if advances_enthalpy(material) {
-        columns.extend([Column::LowerBound(material.heat_capacity.clone()), Column::Position]);
+        for (_, heat_capacity) in conductivity_and_heat_capacity(material).take(tabulated_states(material)) {
+            columns.extend([Column::LowerBound(heat_capacity.clone()), Column::Position]);
+        }
     }
     columns
 }

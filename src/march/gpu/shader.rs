@@ -10,7 +10,7 @@ use crate::march::Precision;
 use crate::physics::constants;
 use crate::physics::layout::{
     AIR_PROPERTIES, COLUMNS_PER_LOAD, ENTHALPY_COLUMNS, GAUGES, GasTransport, HEAT_TOTALS, MAX_STATES, NO_INSTANT, Ply,
-    TABLE_STEP_K, TABLE_STEPS, TableLocation,
+    STEEP_COLUMNS, TABLE_STEP_K, TABLE_STEPS, TableLocation,
 };
 use crate::physics::step::CAPACITY_REDUCTIONS;
 use crate::plan::Plan;
@@ -110,11 +110,9 @@ pub(super) fn column_lengths(plan: &Plan, cells: usize, threads: u32) -> String 
     let pores = if plan.rows.gas == Some(GasTransport::Darcy) { cells } else { 1 };
     let nodes = if looks_up_in_sweep(plan, threads) { 1 } else { cells };
     let enthalpies = if plan.rows.has_enthalpy_steps { cells } else { 1 };
-    let steep = if plan.rows.has_steep_conductivities { cells } else { 1 };
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
-         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\n\
-         const STEEP_CELLS = {steep}u;\n"
+         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\n"
     )
 }
 
@@ -150,6 +148,7 @@ pub(super) fn source_without_lengths(
         ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
         ("PROPERTIES", plan.rows.properties() as u32),
         ("ENTHALPY_COLUMNS", ENTHALPY_COLUMNS as u32),
+        ("STEEP_COLUMNS", STEEP_COLUMNS as u32),
         ("MAX_STATES", MAX_STATES as u32),
         ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
@@ -223,15 +222,26 @@ pub fn loop_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let (gas, gas_around) = gas_iterations(plan, threads);
     let search = |table: &TableLocation<u32>| table.enthalpy_search_span.checked_ilog2().map_or(0, |log| log + 2);
     let search = plan.rows.tables.iter().map(search).max().unwrap_or(0);
+    // Sums over the tabulated states at each row of the search and at eight others, and their weights.
+    let states = plan.rows.plies.iter().map(|ply| ply.rows).max().unwrap_or(1);
+    let search = if search > 0 { (search + 8) * (1 + states) + 2 * states } else { 0 };
     let rises = cells_by_ply + cells * search;
     let reductions = CAPACITY_REDUCTIONS as u32;
     let enthalpies =
         if search > 0 { reductions * (2 * cells_by_ply + 2 * with_exit(cells) + 2 * rises + 3) + 2 * rises } else { 0 };
+    let steep = if plan.rows.has_steep_conductivities { 2 * cells * steep_iterations(plan) } else { 0 };
     let (across, across_around) = if threads == 1 { (0, 0) } else { communication_iterations(plan, threads) };
     (
-        1 + advance + readings + holder + displaced_sensors + hottest + enthalpies + gas + across,
+        1 + advance + readings + holder + displaced_sensors + hottest + enthalpies + steep + gas + across,
         around + gas_around + across_around,
     )
+}
+
+/// Iterations of the integral of the conductivities between two cells: their phases and weights, the pressure levels,
+/// and the states at two of these.
+fn steep_iterations(plan: &Plan) -> u32 {
+    let of = |ply: &Ply<u32>| 2 * (4 * ply.states + 6) + ply.levels + 2 * (ply.rows + 2) + 1;
+    plan.rows.plies.iter().map(of).max().unwrap_or(0)
 }
 
 /// Cells of a thread, at most.

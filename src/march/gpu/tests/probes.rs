@@ -19,7 +19,7 @@ use crate::physics::material::{
 };
 use crate::physics::surface_flux::{FaceScale, surface_flux};
 use crate::physics::table::{
-    column_offset, first_integral, integral, interpolate, rise_by_enthalpy, table_index, table_segment,
+    TabulatedStates, column_offset, first_integral, integral, interpolate, rise_by_enthalpy, table_index, table_segment,
 };
 use crate::physics::thermocouple::{
     bead_response, covered_length, interface_temperature, parabola_excess, peak_excess,
@@ -280,14 +280,17 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
                        2u * TABLE_STEPS - 1u, 0u, 0u, 2048u);
                    let s = table_index(x[0], uneven); y[0] = real(s.row); y[1] = s.fraction;
                    y[2] = integral(table_segment(s, uneven), 1u);
-                   let far = rise_by_enthalpy(x[0], x[1], 0.0, uneven, 4u); y[3] = far[0]; y[4] = far[1];
-                   y[5] = rise_by_enthalpy(x[0], 1e-3 * x[1], 1.0, uneven, 4u)[0];",
+                   let states = TabulatedStates(1u, 4u, virgin());
+                   let far = rise_by_enthalpy(x[0], x[1], 0.0, uneven, states); y[3] = far[0]; y[4] = far[1];
+                   y[5] = rise_by_enthalpy(x[0], 1e-3 * x[1], 1.0, uneven, states)[0];",
             inputs: vec![(-50.0, 4500.0), (-400.0, 400.0)],
             outputs: 6,
             twin: |x, tables, y| {
                 let s = table_index(x[0], tables, &UNEVEN);
                 let rise = |predicted_k, reduced| {
-                    rise_by_enthalpy(x[0], predicted_k, W::from_f64(reduced), tables, &UNEVEN, 4)
+                    let weights = [W::from_f64(1.0), W::from_f64(0.0), W::from_f64(0.0), W::from_f64(0.0)];
+                    let states = TabulatedStates { count: 1, properties: 4, weights };
+                    rise_by_enthalpy(x[0], predicted_k, W::from_f64(reduced), tables, &UNEVEN, &states)
                 };
                 let stored = integral(table_segment(tables, s, &UNEVEN), 1);
                 let [near, _] = rise(W::from_f64(1e-3) * x[1], 1.0);
@@ -297,13 +300,15 @@ fn probes<W: Real<Scalar = W, Constant = W>>() -> Vec<Probe<W>> {
         },
         Probe {
             body: "let wide = TableLocation(0u, 16u, TABLE_STEPS, 0u, 1u, TABLE_STEPS - 1u, 0u, 0u, 0u);
-                   let r = first_integral(table_segment(table_index(x[0], wide), wide), 4u);
+                   let row = table_segment(table_index(x[0], wide), wide);
+                   let r = first_integral(row, column_offset(row, 4u));
                    y[0] = r[0]; y[1] = r[1]; y[2] = r[2];",
             inputs: vec![cold],
             outputs: 3,
             twin: |x, tables, y| {
                 let wide = uniform(0, 16);
-                put(y, &first_integral(table_segment(tables, table_index(x[0], tables, &wide), &wide), 4));
+                let row = table_segment(tables, table_index(x[0], tables, &wide), &wide);
+                put(y, &first_integral(row, column_offset(row, 4)));
             },
         },
         Probe {

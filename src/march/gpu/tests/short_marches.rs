@@ -43,6 +43,7 @@ const CASES: &[(&str, &str)] = &[
     ("latent heat of a decomposing ply, Darcy flow", LATENT_DARCY),
     ("steep conductivity", STEEP),
     ("steep conductivity under a decomposing ply", STEEP_GAS),
+    ("steep conductivities of two states", STEEP_STATES),
 ];
 
 /// A conductivity that rises tenfold over 5 K, and jumps.
@@ -79,6 +80,49 @@ ply = [
     { name = "F", material = "steep", thickness = "2 mm" },
 ]
 sensor = [{ name = "A", below = "C" }, { name = "B", depth = "2.2 mm" }]
+[hot_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["10 s", "1100 K"], ["30 s", "500 K"]]
+temperature.outside = "hold"
+[gas]
+flow = "quasi-steady"
+gas = "pyrolysis"
+"#;
+
+/// The same of a decomposing ply, whose char has a table of its own.
+const STEEP_STATES_MATERIAL: &str = r#"
+name = "Steep states"
+density.value = "800 kg/m^3"
+heat_capacity.value = "900 J/kg/K"
+emissivity.value = 0.7
+[conductivity]
+temperatures_k = [250, 340, 345, 420, 420, 1500]
+values = [0.1, 0.1, 1.0, 1.2, 0.4, 0.6]
+unit = "W/m/K"
+outside = "clamp"
+[[decomposition.reaction]]
+mass_loss = 0.3
+pre_exponential = "1e7 1/s"
+activation_energy = "60 kJ/mol"
+order = 1
+heat = "0.2 MJ/kg"
+[decomposition.char.heat_capacity]
+value = "1100 J/kg/K"
+[decomposition.char.conductivity]
+temperatures_k = [250, 400, 403, 1500]
+values = [0.2, 0.2, 0.9, 1.1]
+unit = "W/m/K"
+outside = "clamp"
+"#;
+
+const STEEP_STATES: &str = r#"
+decomposition = true
+pressure = "8 kPa"
+ply = [
+    { name = "C", material = "states", thickness = "2 mm" },
+    { name = "F", material = "saffil-96", thickness = "2 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "1.1 mm" }]
 [hot_face]
 kind = "held"
 temperature.points = [["0 s", "300 K"], ["10 s", "1100 K"], ["30 s", "500 K"]]
@@ -398,7 +442,7 @@ fn factor((group, property): &(&str, &str)) -> String {
 
 /// The case of a text with every factor that applies.
 fn case(text: &str) -> Case {
-    let files = [("chain", CHAIN), ("melting", MELTING), ("steep", STEEP_MATERIAL)];
+    let files = [("chain", CHAIN), ("melting", MELTING), ("steep", STEEP_MATERIAL), ("states", STEEP_STATES_MATERIAL)];
     let files = BTreeMap::from(files.map(|(name, text)| (format!("materials/{name}.toml"), text.to_owned())));
     let top = "initial_temperature = \"300 K\"\nduration = \"30 s\"\n";
     // Four cells a ply are the least.
