@@ -51,6 +51,8 @@ const UNDETECTED: &[(&str, &str)] = &[
     ("gauges gauges: Nudge `real(", "a threshold of conversion, changed by 1e-6"),
     ("member step_length_s: Operator(Add)", "the length after the last step is not used"),
     ("member start: Nudge `1e9`", "an initial value above any temperature"),
+    ("mixture temperature_rise: Operator(Add) `1.0 - held` 1", "the heat capacity of a held cell is not used"),
+    ("sensors is_limit_row: Operator(Subtract)", "an unsigned difference is above zero unless both are equal"),
     ("sensors depth_correction: Negate `step == 0u` 0", "a sensor on the hot face has no depth factor"),
     ("step update_temperatures: Nudge `", "a margin of one kelvin, changed by 1e-6"),
     ("step update_temperatures: Operator(Subtract) `low + DIVERGENCE_MARGIN_K", "no member is colder than a kelvin"),

@@ -43,7 +43,7 @@ const CASES: &[(&str, &str)] = &[
     ("latent heat of a decomposing ply, Darcy flow", LATENT_DARCY),
     ("steep conductivity", STEEP),
     ("steep conductivity under a decomposing ply", STEEP_GAS),
-    ("steep conductivities of two states", STEEP_STATES),
+    ("latent heats and steep conductivities of two states", STEEP_STATES),
 ];
 
 /// A conductivity that rises tenfold over 5 K, and jumps.
@@ -89,12 +89,16 @@ flow = "quasi-steady"
 gas = "pyrolysis"
 "#;
 
-/// The same of a decomposing ply, whose char has a table of its own.
+/// A decomposing ply, whose states have latent heats and steep conductivities of their own.
 const STEEP_STATES_MATERIAL: &str = r#"
 name = "Steep states"
 density.value = "800 kg/m^3"
-heat_capacity.value = "900 J/kg/K"
 emissivity.value = 0.7
+[heat_capacity]
+temperatures_k = [250, 351.3, 351.3, 357.4, 357.4, 1500]
+values = [900, 950, 11000, 11000, 950, 1300]
+unit = "J/kg/K"
+outside = "clamp"
 [conductivity]
 temperatures_k = [250, 340, 345, 420, 420, 1500]
 values = [0.1, 0.1, 1.0, 1.2, 0.4, 0.6]
@@ -107,7 +111,10 @@ activation_energy = "60 kJ/mol"
 order = 1
 heat = "0.2 MJ/kg"
 [decomposition.char.heat_capacity]
-value = "1100 J/kg/K"
+temperatures_k = [250, 440, 442, 444, 1500]
+values = [1100, 1100, 15000, 1100, 1400]
+unit = "J/kg/K"
+outside = "clamp"
 [decomposition.char.conductivity]
 temperatures_k = [250, 400, 403, 1500]
 values = [0.2, 0.2, 0.9, 1.1]
