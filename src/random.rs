@@ -37,6 +37,7 @@ impl RandomStream {
         ((self.uniform() * count as f64) as usize).min(count - 1)
     }
 }
+
 /// Mixes the bits of a word: the finaliser of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014).
 pub(crate) fn splitmix64(word: u64) -> u64 {
     let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
