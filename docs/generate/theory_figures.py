@@ -59,14 +59,14 @@ def ticks(low: float, high: float, is_log: bool) -> list[float]:
 
 def draw(name: str, panels: list[Panel]) -> None:
     """Panels side by side."""
-    width, height, left, top, bottom = 330, 330, 62, 34, 86
+    width, height, left, right, top, bottom = 340, 330, 62, 22, 34, 86
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width * len(panels)} {height}" '
         'font-family="sans-serif" font-size="12">',
         f'<rect width="{width * len(panels)}" height="{height}" fill="white"/>',
     ]
     for number, panel in enumerate(panels):
-        x0, x1, y0, y1 = width * number + left, width * (number + 1) - 12, height - bottom, top
+        x0, x1, y0, y1 = width * number + left, width * (number + 1) - right, height - bottom, top
 
         def scaled(value: float, ends: tuple[float, float], pixels: tuple[float, float], is_log: bool) -> float:
             low, high = (math.log10(end) for end in ends) if is_log else ends
