@@ -172,7 +172,7 @@ fn conductivity_by_integral(p: u32, cell: u32, drop: real, step: u32, stage: u32
     let rows = plan.tables[p].rows;
     let here = ply_index(p, temperatures[cell].high + stage_increment(cell, stage));
     let next = ply_index(p, temperatures[cell + 1u].high + stage_increment(cell + 1u, stage));
-    let is_same = here.row == next.row;
+    let is_same = here.row == next.row || drop == 0.0;
     let pressure_pa = cell_pressure_pa(cell, step, stage) + cell_pressure_pa(cell + 1u, step, stage);
     let pressure = pressure_index(p, 0.5 * pressure_pa);
     var weights = conductivity_weights(p, cell, stage);

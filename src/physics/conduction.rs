@@ -309,7 +309,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let index_at = |i: usize| self.ply_index(p, self.thermal.temperatures[i].high + self.stage_increment(i, stage));
         let (at, next_at) = (index_at(cell), index_at(cell + 1));
         let (row, next_row) = (zero + at.row, zero + next_at.row);
-        let is_same = row.ge_mask(next_row) * next_row.ge_mask(row);
+        // Two words that are equal in sum may lie in two rows.
+        let is_level = drop.ge_mask(zero) * (zero - drop).ge_mask(zero);
+        let is_same = (row.ge_mask(next_row) * next_row.ge_mask(row)).max(is_level);
         let per_drop_1_k = (one - is_same) / ((one - is_same) * drop + is_same);
         let pressures_pa = [cell, cell + 1].map(|i| self.cell_pressure_pa(i, step, stage));
         let pressure = self.pressure_index(p, half * (pressures_pa[0] + pressures_pa[1]));
