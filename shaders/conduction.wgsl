@@ -159,8 +159,9 @@ fn flux_within_ply(p: u32, cell: u32, here: Node, next: Node, step: u32, stage: 
         let by_integral = conductivity_by_integral(p, cell, drop, step, stage);
         conductance = conductance + by_integral[0] * over_next_1_m;
         if stage == 0u {
-            conductivity_slopes[0] = (here.conductivity + by_integral[1]) * over_next_1_m - conductance;
-            conductivity_slopes[1] = conductance - (next.conductivity + by_integral[2]) * over_next_1_m;
+            let bound = max(here.conductivity + by_integral[1], next.conductivity + by_integral[2]);
+            let slope = bound * over_next_1_m - conductance;
+            conductivity_slopes = array<real, 2>(slope, 0.0 - slope);
         }
     }
     return interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage);

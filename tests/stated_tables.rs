@@ -168,6 +168,18 @@ fn fluxes_count_a_jump_of_the_conductivity_where_it_lies_between_two_nodes() {
     }
 }
 
+/// The face jumps by 500 K, and heat takes many of these cells in a step.
+#[test]
+fn a_jump_of_the_conductivity_marches_on_fine_cells_and_long_steps() {
+    let conductivity = "temperatures_k = [250, 500, 500, 1500]\nvalues = [0.1, 0.1, 1.0, 1.0]\nunit = \"W/m/K\"\n\
+                        outside = \"clamp\"";
+    let fine = "resolution = { cells = 400, max_step = \"0.25 s\" }";
+    let case = held_slab(material(CAPACITY, conductivity), 20.0, 800.0, 300.0, fine);
+    for (found_k, expected_k) in at_end_k(&case, Precision::F64).0.iter().zip(JUMP_K) {
+        assert!((found_k - expected_k).abs() < 5e-3, "{found_k} K, not {expected_k} K");
+    }
+}
+
 /// Temperatures after 200 s of a slab whose conductivity rises tenfold from 400 to 405 K, K: by the method of lines in
 /// enthalpy of `tests/oracle`, within 2 mK.
 const KINK_K: [f64; 4] = [661.2566, 635.2585, 616.1774, 600.6061];

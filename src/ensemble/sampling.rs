@@ -6,7 +6,7 @@
 
 use super::{Marginal, SamplingKind};
 use crate::case::{Bounds, Correlation, Factor};
-use crate::random::RandomStream;
+use crate::random::{RandomStream, splitmix64};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Sampling method and seed.
@@ -111,14 +111,6 @@ fn permute(index: u64, count: u64, key: u64) -> u64 {
             return image;
         }
     }
-}
-
-/// Mixes the bits of a word: the finaliser of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014).
-fn splitmix64(word: u64) -> u64 {
-    let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    word ^ (word >> 31)
 }
 
 #[cfg(test)]

@@ -261,7 +261,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
     /// Fluxes from a cell to the next of its ply, whose conductivity may be integrated.
     ///
-    /// The slopes are then those of the upper bounds of both conductivities: a cell that passes a jump of the
+    /// The slopes are then those of the larger upper bound of both conductivities: a cell that passes a jump of the
     /// conductivity within a step would overshoot by hundreds of kelvin with the slope of the smaller one.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "as its WGSL twin")]
@@ -288,10 +288,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let [missed, excess, next_excess] = self.conductivity_by_integral(p, cell, drop, step, stage);
             conductance = conductance + missed * over_next_1_m;
             if stage == 0 {
-                conductivity_slopes = [
-                    (own.conductivity + excess) * over_next_1_m - conductance,
-                    conductance - (other.conductivity + next_excess) * over_next_1_m,
-                ];
+                let bound = (own.conductivity + excess).max(other.conductivity + next_excess);
+                let slope = bound * over_next_1_m - conductance;
+                conductivity_slopes = [slope, R::from_f64(0.0) - slope];
             }
         }
         self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)

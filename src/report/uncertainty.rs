@@ -75,9 +75,10 @@ impl Reportable for Uncertainty {
             "Uncertainty: Monte Carlo simulation; each member samples all factors within their {} bounds. Variance \
              shares are squared Pearson correlations of factor and temperature, normalised to sum to one; they assume \
              linear effects and independent factors. Sobol indices do not: they come from a least-squares fit of \
-             orthonormal polynomials of one and of two factors to all members; the unexplained share of the variance \
-             is reported. Rank correlations are Spearman's; the partial rank correlation (PRCC) removes the linear \
-             effect of the other factors on the ranks.",
+             orthonormal polynomials of one and of two factors to all members, of the degree that predicts members \
+             left out of the fit best; the share of the variance that is then unexplained is reported. Rank \
+             correlations are Spearman's; the partial rank correlation (PRCC) removes the linear effect of the other \
+             factors on the ranks.",
             self.bounds.name()
         )]
     }

@@ -7,16 +7,19 @@
 //!
 //! With `d` the deviation of an output and `x` that of a factor, the accumulator holds `Σd, Σd², Σx, Σx², Σxd`, the
 //! extremes, a histogram of `d` for percentiles, a histogram with the factors' grades for rank correlations, and `Σφφ'`
-//! and `Σφd` with basis functions `φ` of one and two factors for the Sobol indices. Its memory does not depend on the
-//! number of members.
+//! and `Σφd` with basis functions `φ` of one and two factors for the Sobol indices. A random sample of the members is
+//! kept whole, for the errors of these functions. The memory does not depend on the number of members.
 
 mod basis;
 mod histogram;
 mod interval;
+mod member_sample;
 mod output;
 mod polynomial_chaos;
 mod sensitivity_indices;
 mod serialisation;
+#[cfg(test)]
+mod sobol_coverage;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -27,6 +30,7 @@ pub use sensitivity_indices::SensitivityIndices;
 use crate::ensemble::Marginal;
 use basis::Basis;
 use histogram::CarriedRows;
+use member_sample::MemberSample;
 use nalgebra::DMatrix;
 use output::{FactorDeviations, OutputSums};
 use rayon::prelude::*;
@@ -77,6 +81,7 @@ pub struct Accumulator {
     grades: Vec<Vec<i128>>,
     /// Σφφ': each function with those up to it.
     gram: Vec<Vec<i128>>,
+    sample: MemberSample,
 }
 
 /// Bytes of the statistics of a sweep at most: of every temperature, and of peak, its time and the largest deviation of
@@ -98,6 +103,7 @@ impl Accumulator {
             factors: vec![Sums::default(); marginals.len()],
             grades: (0..marginals.len()).map(|factor| vec![0; factor + 2]).collect(),
             gram: (0..basis.len()).map(|function| vec![0; function + 1]).collect(),
+            sample: MemberSample::new(&basis),
             basis,
         }
     }
@@ -144,6 +150,8 @@ impl Accumulator {
             let rows: Vec<&[f64]> = members.iter().map(|member| &factors[member * breadth..][..breadth]).collect();
             let shifts = self.add_factors(&rows);
             let functions = self.add_functions(&rows);
+            let outputs_of = |place: usize| &outputs[members[place] * width..][..width];
+            self.sample.add(&rows, |place| outputs_of(place).iter().zip(&self.reference).map(coarse_quanta).collect());
             let stretches = self.outputs.par_chunks_mut(each).zip(self.reference.par_chunks(each)).enumerate();
             stretches.for_each(|(stretch, (tallied, reference))| {
                 let rows = members.iter().map(|member| &outputs[member * width + stretch * each..][..reference.len()]);
@@ -218,6 +226,7 @@ impl Accumulator {
         for (mine, theirs) in self.grades.iter_mut().chain(&mut self.gram).flatten().zip(theirs) {
             *mine += theirs;
         }
+        self.sample.merge(&other.sample);
     }
 
     /// Number of members.
@@ -315,14 +324,24 @@ fn add_outputs<'a>(
         quanta.clear();
         quanta.extend(coarse.iter().map(|&quanta| quanta as i64));
         output.add(&quanta, shifts);
-        for (coarse, quanta) in coarse.iter_mut().zip(&quanta) {
-            *coarse = ((quanta + (1 << (COARSE_LOG2 - 1))) >> COARSE_LOG2) as f64;
+        for (coarse, &quanta) in coarse.iter_mut().zip(&quanta) {
+            *coarse = coarsened(quanta) as f64;
         }
     }
     let products = functions * coarse;
     for (output, products) in tallied.iter_mut().zip(products.column_iter()) {
         add_integers(&mut output.moments, products.iter());
     }
+}
+
+/// Fine quanta as coarse ones.
+fn coarsened(quanta: i64) -> i64 {
+    (quanta + (1 << (COARSE_LOG2 - 1))) >> COARSE_LOG2
+}
+
+/// The deviation of an output from its reference, in coarse quanta: below 2²⁸ for an output that is counted.
+fn coarse_quanta((output, reference): (&f64, &f64)) -> i32 {
+    coarsened(round_half_away((output - reference) * OUTPUT_QUANTA)) as i32
 }
 
 /// Round a small number to the nearest integer, halves away from zero. `round` is a library call on the baseline target

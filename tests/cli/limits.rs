@@ -149,9 +149,9 @@ fn the_largest_requests_fit_into_2_gib() {
         let interval = format!("--set resolution.output_interval='{interval}'");
         format!("uncertainty {lcat} -n {all} --members {part} {interval} --checkpoint-interval 0s --out p")
     };
-    long(&sweep("0.08 s", &format!("0..{half}"))).succeeded();
-    long(&sweep("0.08 s", &format!("{half}..{all}"))).succeeded();
-    beyond(&sweep("0.079 s", &format!("0..{half}")), &STATISTICS_MIB);
+    long(&sweep("0.088 s", &format!("0..{half}"))).succeeded();
+    long(&sweep("0.088 s", &format!("{half}..{all}"))).succeeded();
+    beyond(&sweep("0.086 s", &format!("0..{half}")), &STATISTICS_MIB);
     let parts = format!("merge p/lcat-2259-0-{half}.json p/lcat-2259-{half}-{all}.json");
     run_within(&scratch, LONG_SECONDS, &parts).succeeded();
 

@@ -156,7 +156,7 @@ fn total_indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Fi
         caption: format!(
             "Total Sobol indices over time with 95 % intervals, of factors that exceed 2 % at any time: expected share \
              of the variance that remains if all other factors become known. {sum} At most {} of the variance is \
-             unexplained (beyond pairwise interactions).",
+             unexplained by polynomials of one and of two factors.",
             format::percent_near_limits(rest),
         ),
         x: time_axis(case),

@@ -20,7 +20,7 @@ struct IndicesRecord<'a> {
     factors: OrderedMap<'a, FactorIndices>,
     /// Largest first; empty for correlated factors.
     second_order: Vec<PairRecord<'a>>,
-    /// Share of the variance beyond pairwise interactions.
+    /// Share of the variance that the polynomials do not explain.
     unexplained: f64,
 }
 

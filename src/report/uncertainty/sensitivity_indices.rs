@@ -119,12 +119,13 @@ pub(super) fn explanation(outcome: &Uncertainty) -> &'static str {
         "First-order index: expected share by which the variance falls if the factor becomes known. Total index: \
          expected share of the variance that remains if all other factors become known; it includes the interactions \
          of the factor. Brackets: 95 % intervals by sampling error; the upper ends of the indices include the \
-         unexplained variance (beyond pairwise interactions), which may be due to any factor."
+         variance that polynomials of one and of two factors leave unexplained, which may be due to any factor."
     } else {
         "The factors are correlated. First-order index: expected share by which the variance falls if the factor \
          becomes known; it includes the effect of factors correlated with it. Total index: expected share of the \
          variance that remains if all other factors become known; it excludes that effect. The indices overlap or \
-         leave gaps, and do not sum to one. Brackets: 95 % intervals."
+         leave gaps, and do not sum to one. Brackets: 95 % intervals by sampling error; the upper ends of the indices \
+         include the variance that polynomials of one and of two factors leave unexplained."
     }
 }
 

@@ -29,6 +29,13 @@ pub struct PairIndex {
 
 impl ConfidenceInterval {
     pub(super) const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+    pub(super) const ZERO: Self = Self { value: 0.0, low: 0.0, high: 0.0 };
+
+    /// That of a number which is at least the one of another interval.
+    pub(super) fn or_above(self, other: Self) -> Self {
+        let Self { value, low, high } = self;
+        Self { value: value.max(other.value), low: low.max(other.low), high: high.max(other.high) }
+    }
 
     /// A correlation with `free` degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.
     pub(super) fn correlation(value: f64, free: f64, scatter: f64) -> Self {

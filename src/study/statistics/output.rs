@@ -1,6 +1,7 @@
 //! Accumulated sums of one output: a temperature at an instant, a peak, or a time.
 
 use super::histogram::{CarriedRows, Histogram};
+use super::member_sample;
 use super::sums::{Sums, sum_of_products};
 
 /// Bins for percentiles.
@@ -23,10 +24,11 @@ pub(super) struct OutputSums {
     pub(super) moments: Vec<i128>,
 }
 
-/// Bytes of the sums of one output at most.
+/// Bytes of the sums of one output and of its values in the sample of members, at most.
 pub(super) fn max_bytes(factors: usize, functions: usize) -> f64 {
     let counts = BINS as usize + RANK_BINS as usize * (1 + factors);
-    (size_of::<OutputSums>() + size_of::<u64>() * counts + size_of::<i128>() * (factors + functions)) as f64
+    let sums = size_of::<i128>() * (factors + functions) + size_of::<i32>() * member_sample::MEMBERS_MAX;
+    (size_of::<OutputSums>() + size_of::<u64>() * counts + sums) as f64
 }
 
 /// Deviations and grades of the factors of some members.

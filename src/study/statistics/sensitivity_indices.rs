@@ -22,13 +22,13 @@ pub struct SensitivityIndices {
     pub shares: Vec<f64>,
     /// First-order Sobol indices: fraction of the variance removed by knowing the factor.
     pub first: Vec<ConfidenceInterval>,
-    /// Total Sobol indices: fraction of the variance that remains when all other factors are known, up to pairwise
-    /// interactions.
+    /// Total Sobol indices: fraction of the variance that remains when all other factors are known.
     pub total: Vec<ConfidenceInterval>,
     /// Second-order Sobol indices, for peaks and their times: empty for other outputs, for correlated factors, and
     /// where there are too few members for products of factors.
     pub second: Vec<PairIndex>,
-    /// Fraction of the variance beyond pairwise interactions. It may belong to any index.
+    /// Fraction of the variance that polynomials of one and two factors do not explain, from members left out of the
+    /// fit. It may belong to any index.
     pub unexplained: f64,
 }
 
@@ -36,7 +36,7 @@ impl SensitivityIndices {
     /// Of an output that no factor changes, which has as many second-order indices as before.
     #[must_use]
     pub(in crate::study) fn of_constant(mut self) -> Self {
-        let zero = ConfidenceInterval { value: 0.0, low: 0.0, high: 0.0 };
+        let zero = ConfidenceInterval::ZERO;
         let indices = [&mut self.correlations, &mut self.rank_correlations, &mut self.partial_rank_correlations];
         indices.into_iter().chain([&mut self.first, &mut self.total]).for_each(|each| each.fill(zero));
         self.second.iter_mut().for_each(|pair| pair.index = zero);

@@ -12,13 +12,15 @@ impl Accumulator {
             .into_iter()
             .chain(self.factors.iter().flat_map(|sums| [sums.sum, sums.squares]))
             .chain(self.grades.iter().chain(&self.gram).flatten().copied())
+            .chain(self.sample.integers())
             .chain(self.outputs.iter().flat_map(OutputSums::integers))
     }
 
     /// The content as integers: members and excluded members; per factor its sum, its sum of squares, the sum of its
     /// grades and of their products with those of the factors up to it; per function the sums of its products with
-    /// those up to it; per output its sum, its sum of squares, its products with each factor, the bits of its minimum
-    /// and maximum, its products with each function, the histogram of its ranks, and that of its values.
+    /// those up to it; the sampled members, each with its factors and outputs; per output its sum, its sum of
+    /// squares, its products with each factor, the bits of its minimum and maximum, its products with each function,
+    /// the histogram of its ranks, and that of its values.
     pub fn to_integers(&self) -> Vec<i128> {
         self.integers().collect()
     }
@@ -37,6 +39,7 @@ impl Accumulator {
         for sum in accumulator.grades.iter_mut().chain(&mut accumulator.gram).flatten() {
             *sum = numbers.next()?;
         }
+        accumulator.sample.restore(&mut numbers, accumulator.members, [marginals.len(), reference.len()])?;
         // The first function is the constant: its square is summed over every member.
         let counted = accumulator.gram[0][0] == accumulator.members as i128 * CONSTANT * CONSTANT;
         for output in &mut accumulator.outputs {
