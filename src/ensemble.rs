@@ -124,6 +124,12 @@ impl SamplingKind {
         }
     }
 
+    /// Whether members are drawn independently of each other, as intervals by Clopper and Pearson, order statistics and
+    /// Wilks assume.
+    pub fn has_independent_members(self) -> bool {
+        matches!(self, Self::Normal | Self::Uniform)
+    }
+
     /// The kind with this name; `None` for an unknown name.
     pub fn named(name: &str) -> Option<Self> {
         [Self::Normal, Self::Uniform, Self::LatinHypercube, Self::Sobol].into_iter().find(|kind| kind.name() == name)

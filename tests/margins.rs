@@ -6,6 +6,8 @@ use bondline::case::{Bounds, Case};
 use bondline::ensemble::SamplingKind;
 use bondline::session::{BackendKind, Options, Session, UncertaintyOptions};
 use bondline::study::margins::{Margin, MarginSpread};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -236,8 +238,8 @@ fn probabilities_and_percentiles_of_a_linear_case_are_those_of_its_factor() {
         let options = UncertaintyOptions { members: 400, seed, ..UncertaintyOptions::default() };
         let swept = session.uncertainty(&options).expect("a sweep");
         let statistics = swept.margins.expect("margins");
-        let MarginSpread { exceeding, percentiles, tolerance_bound_k, .. } = &statistics.limits[0];
-        let (low, high) = exceeding.interval_95();
+        let MarginSpread { exceeding_interval, percentiles, tolerance_bound_k, .. } = &statistics.limits[0];
+        let (low, high) = exceeding_interval.expect("members are independent");
         held += usize::from((low..=high).contains(&exact));
         let p95_k = 300.0 + rise_k * marginal.quantile(0.95);
         let (low_k, high_k) = (percentiles[0].low_k.expect("enough members"), percentiles[0].high_k.expect("enough"));
@@ -285,6 +287,77 @@ fn session_command_and_merged_parts_have_the_same_margins() {
         assert_eq!(written["members"]["mean_k"].as_f64(), Some(spread.mean_k));
         assert_eq!(written["members"]["above"]["count"].as_u64(), Some(spread.exceeding.count as u64));
         assert!(written["members"]["tolerance_95_99_k"].is_null(), "90 members are too few");
+    }
+}
+
+/// Members of a run, from its `members.parquet`: completed ones with the peak of TC2 above a temperature, all completed
+/// ones, and failed ones.
+fn kept_members(scratch: &Scratch, folder: &str, above_k: f64) -> [usize; 3] {
+    let file = fs::File::open(scratch.path().join(folder).join("members.parquet")).expect("a file");
+    let reader = SerializedFileReader::new(file).expect("Parquet");
+    let mut counted = [0; 3];
+    for row in reader.get_row_iter(None).expect("rows") {
+        let row = row.expect("a row");
+        let field = |name: &str| row.get_column_iter().find(|(column, _)| *column == name).map(|(_, field)| field);
+        match (field("status"), field("TC2_peak_k")) {
+            (Some(Field::Int(0)), Some(&Field::Double(peak_k))) => {
+                counted[0] += usize::from(peak_k > above_k);
+                counted[1] += 1;
+            }
+            (Some(Field::Int(1)), Some(Field::Double(peak_k))) if peak_k.is_nan() => counted[2] += 1,
+            other => panic!("{other:?}"),
+        }
+    }
+    counted
+}
+
+/// The peak of a sensor with a limit is one number, and a failed member is above every limit, in all of them.
+#[test]
+fn margins_kept_members_and_a_sampled_probability_count_the_same_members() {
+    let scratch = Scratch::new("margins-counts");
+    for (range, limit, failures) in [("[0.9, 1.1]", "950 K", false), ("[0.5, 400]", "2000 K", true)] {
+        let case = crate::cli::CASE.replacen("depth = \"2 mm\"", &format!("depth = \"2 mm\"\nlimit = \"{limit}\""), 1);
+        scratch.write("c/case.toml", case.replacen("small = [0.9, 1.1]", &format!("small = {range}"), 1));
+        let sweep = "uncertainty c -n 500 --sampling uniform --max-failed 500 --backend cpu --force";
+        run(&scratch, &format!("{sweep} --keep members --out swept")).succeeded();
+        let until = format!("P(TC2>{limit}) ± 0.5").replace(' ', "");
+        run(&scratch, &format!("{sweep} --until {until} --out until")).succeeded();
+        let limit_k = limit.trim_end_matches(" K").parse().expect("a number");
+        let [above, completed, failed] = kept_members(&scratch, "swept", limit_k);
+        assert_eq!((completed + failed, failed > 100), (500, failures), "{above} of {completed}, {failed} failed");
+        assert!(above < completed && (failures || above > 0), "the limit separates no members");
+        let members = &summary(&scratch, "swept")["margins"][0]["members"];
+        let count = (above + failed) as u64;
+        assert_eq!((members["above"]["count"].as_u64(), members["above"]["of"].as_u64()), (Some(count), Some(500)));
+        let sampled = &summary(&scratch, "until")["precision_reached"];
+        assert_eq!(sampled["estimate"], members["above"]["share"]);
+        assert_eq!(sampled["failed"].as_u64(), Some(failed as u64));
+        // As many failed that the 95th percentile is among them.
+        assert_eq!(members["percentiles"][0]["value_k"].is_null(), failures, "{members:#}");
+    }
+}
+
+#[test]
+fn members_of_latin_hypercubes_and_sobol_sequences_have_no_intervals_and_no_tolerance_bound() {
+    let scratch = Scratch::new("margins-dependent");
+    limited(&scratch);
+    for (sampling, is_independent) in [("normal", true), ("uniform", true), ("lhs", false), ("sobol", false)] {
+        let ran = run(&scratch, &format!("uncertainty c -n 400 --sampling {sampling} --backend cpu --force --out out"));
+        let screen = ran.succeeded().stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+        let reason = format!("members of {sampling} sampling are not independent");
+        let page = scratch.read("out/report.html");
+        assert_eq!((screen.contains(&reason), page.contains(&reason)), (!is_independent, !is_independent), "{screen}");
+        for margin in summary(&scratch, "out")["margins"].as_array().expect("a list") {
+            let members = &margin["members"];
+            let stated = [
+                &members["above"]["interval"],
+                &members["tolerance_95_99_k"],
+                &members["percentiles"][0]["low_k"],
+                &members["percentiles"][0]["high_k"],
+            ];
+            assert!(stated.iter().all(|value| value.is_null() != is_independent), "{sampling}: {members:#}");
+            assert!(members["above"]["share"].is_f64() && members["percentiles"][0]["value_k"].is_f64());
+        }
     }
 }
 

@@ -316,14 +316,17 @@ impl Factor {
         }
     }
 
-    /// Standard deviations of the prior below and above the nominal value: each bound lies two of them away.
+    /// Standard deviations of the prior below and above the nominal value: each bound lies two of them away. They are
+    /// those of the distribution before it is cut off at the bounds; see
+    /// [`prior_standard_deviation`](Self::prior_standard_deviation).
     pub fn prior_deviations(&self, bounds: Bounds) -> [f64; 2] {
         let (low, high) = self.bounds(bounds);
         [(self.nominal - low).max(0.0) / 2.0, (high - self.nominal).max(0.0) / 2.0]
     }
 
     /// Standard deviation of the prior, a split normal distribution with these two: the width for linear analyses. A
-    /// quarter of the width of the bounds where the nominal value is their middle.
+    /// quarter of the width of the bounds where the nominal value is their middle. Sampled members never leave the
+    /// bounds; their standard deviation is 0.88 of it between symmetric bounds, 0.83 with the nominal value at a bound.
     pub fn prior_standard_deviation(&self, bounds: Bounds) -> f64 {
         let [below, above] = self.prior_deviations(bounds);
         ((1.0 - std::f64::consts::FRAC_2_PI) * (above - below).powi(2) + above * below).sqrt()
@@ -367,6 +370,37 @@ mod tests {
         assert!(below == 0.0 && (above - 0.15).abs() < 1e-15);
         let expected = 0.15 * (1.0 - 2.0 / std::f64::consts::PI).sqrt();
         assert!((one_sided.prior_standard_deviation(Bounds::Small) - expected).abs() < 1e-15);
+    }
+
+    /// Variance of a standard normal variable between −2 and 2: 1 − 4φ(2)/(1 − 2Φ(−2)) = 0.7737; between 0 and 2 its
+    /// standard deviation is 0.5013, without the cut 0.6028.
+    #[test]
+    fn the_sampled_standard_deviation_is_that_share_of_the_prior_one_that_the_documentation_states() {
+        for ((low, high), share) in [((0.75, 1.25), 0.8796), ((1.0, 1.3), 0.8316), ((0.7, 1.0), 0.8316)] {
+            let factor = Factor {
+                name: "f".to_owned(),
+                group: String::new(),
+                property: Property::Heating,
+                state: None,
+                nominal: 1.0,
+                small: (low, high),
+                large: (low, high),
+            };
+            let of_kind = |kind| {
+                let marginal = crate::ensemble::Marginal::new(1.0, (low, high), kind);
+                let values: Vec<f64> =
+                    (0..10_000).map(|node| marginal.quantile((f64::from(node) + 0.5) / 1e4)).collect();
+                let mean = values.iter().sum::<f64>() / 1e4;
+                (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 1e4).sqrt()
+            };
+            let prior = factor.prior_standard_deviation(Bounds::Small);
+            let found = of_kind(crate::ensemble::SamplingKind::Normal) / prior;
+            // The midpoint rule of 10,000 nodes and four digits of the shares.
+            assert!((found - share).abs() < 2e-4, "{found}, not {share}, between {low} and {high}");
+            // Negative control: a uniform distribution has another share.
+            let uniform = of_kind(crate::ensemble::SamplingKind::Uniform) / prior;
+            assert!((uniform - share).abs() > 0.1, "{uniform}");
+        }
     }
 
     #[test]

@@ -83,7 +83,9 @@ impl Reportable for ExperimentDesign {
              factors are nominal. Criterion {criterion}, of factors in units of their prior standard deviations, and \
              {over} (Atkinson, Donev & Tobias, Optimum Experimental Designs, 2007). The best depths are found by \
              exhaustion or by exchanges from 40 random starts (Cook & Nachtsheim, Technometrics 22, 1980). Standard \
-             errors are those of linear least squares without the prior.",
+             errors are those of linear least squares without the prior. Prior standard deviations are those of the \
+             normal distribution before it is cut off at the bounds; the drawn members have 0.88 of them between \
+             symmetric bounds.",
             format::temperature_difference(request.noise_k)
         )]
     }

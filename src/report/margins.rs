@@ -7,10 +7,9 @@ pub(super) use record::write_summary;
 use super::files::table::{CsvTable, NamedFile, cell};
 use super::html::table::{list, table};
 use super::reportable::Finding;
-use super::terminal::{Column, aligned, head};
+use super::terminal::{Column, aligned, head, wrap};
 use super::{ReportError, format};
 use crate::case::{LimitedPart, TemperatureLimit};
-use crate::fit::proportion::Proportion;
 use crate::study::answers::Answers;
 use crate::study::margins::{HeatLoad, Margin, MarginSpread};
 use crate::study::nominal::Prediction;
@@ -71,11 +70,7 @@ pub(super) fn finding(answers: &Answers, outcome: &Prediction) -> Option<Finding
         format::kelvin(row.limit.limit_k)
     );
     let members = row.spread.map_or(String::new(), |spread| {
-        format!(
-            "; {} of {} exceed it",
-            format::proportion(spread.exceeding),
-            format::counted(spread.exceeding.total, "member")
-        )
+        format!("; {} of {} exceed it", share(spread), format::counted(spread.exceeding.total, "member"))
     });
     let smallest = if rows.len() > 1 { "Smallest margin: " } else { "" };
     Some(Finding { label: "Margins", text: format!("{smallest}{nominal}{members}.") })
@@ -104,10 +99,7 @@ pub(super) fn warnings(answers: &Answers, outcome: &Prediction) -> Vec<String> {
     });
     let failed = answers.uncertainty.as_ref().map_or(0, |swept| swept.members - swept.completed);
     let failed = (failed > 0 && !rows.is_empty()).then(|| {
-        format!(
-            "{} without a peak: probabilities of exceeding a limit do not count failed members.",
-            format::counted(failed, "member")
-        )
+        format!("{} failed; in the margins they count as above every limit.", format::counted(failed, "member"))
     });
     below_start.chain(warming).chain(failed).collect()
 }
@@ -161,15 +153,18 @@ fn page_column(row: &Row<'_>) -> Vec<String> {
         format::grouped(nominal.time_above_s, 1),
     ];
     let Some(spread) = row.spread else { return cells };
-    let share = format::proportion(spread.exceeding).replace(" %", "");
-    let (share, interval) = share.split_once(" (").unwrap_or((&share, ""));
+    let share = share(spread).replace(" %", "");
+    let (share, interval) = share.split_once(" (").unwrap_or((&share, "–"));
     cells.extend([share.to_owned(), interval.trim_end_matches(')').to_owned()]);
     let three_k = format::significant(3.0 * spread.deviation_k, 2);
     cells.push(format!("{} ± {three_k}", format::grouped(spread.mean_k, 1)));
     for percentile in &spread.percentiles {
         let end = |end_k: Option<f64>| end_k.map_or("–".to_owned(), |end_k| format::grouped(end_k, 1));
         cells.push(format::grouped(percentile.value_k, 1));
-        cells.push(format!("{} to {}", end(percentile.low_k), end(percentile.high_k)));
+        cells.push(match (percentile.low_k, percentile.high_k) {
+            (None, None) => "–".to_owned(),
+            (low_k, high_k) => format!("{} to {}", end(low_k), end(high_k)),
+        });
     }
     let bound = |of: &dyn Fn(f64) -> String| spread.tolerance_bound_k.map_or("–".to_owned(), of);
     cells.push(bound(&|bound_k| format::grouped(bound_k, 1)));
@@ -204,29 +199,28 @@ fn notes(answers: &Answers, outcome: &Prediction, rows: &[Row<'_>]) -> Vec<Strin
         let members = format::counted(rows[0].spread.map_or(0, |spread| spread.exceeding.total), "member");
         notes.push(format!(
             "{members}: all factors vary together ({} bounds, {} sampling, seed {}) and never leave their bounds, so \
-             that the tails hold no value beyond them. Members above: the share whose peak exceeds the limit, with its \
-             95 % interval (Clopper–Pearson).",
+             that the tails hold no value beyond them. Members above: the share whose peak exceeds the limit; a member \
+             that failed counts as above it.",
             swept.bounds.name(),
             swept.sampling,
             swept.seed
         ));
-        notes.push(
-            "P95, P99 and P99.87 are percentiles of the members' peaks. Their 95 % intervals are members of certain \
-             ranks and hold for any distribution; a dash: too few members. 95/99 bound: with 95 % confidence at least \
-             99 % of all peaks are below it, for any distribution; it needs 299 members."
-                .to_owned(),
-        );
-        notes.push(
-            "Confidence is about the number of members alone: more members narrow the intervals, but do not make \
-             model, factors and their bounds more certain."
-                .to_owned(),
-        );
-        if !swept.has_independent_members {
-            notes.push(format!(
-                "The members of {} sampling are not independent, as the intervals assume: their confidence is \
-                 approximate.",
-                swept.sampling
-            ));
+        notes.push("P95, P99 and P99.87 are percentiles of the members' peaks.".to_owned());
+        if let Some(reason) = dependence(answers) {
+            notes.push(reason);
+        } else {
+            notes.push(
+                "The interval of the share is that of Clopper and Pearson. Intervals of percentiles are members of \
+                 certain ranks and hold for any distribution. 95/99 bound: with 95 % confidence at least 99 % of all \
+                 peaks are below it, for any distribution; it needs 299 members. A dash: too few members, or too many \
+                 that failed."
+                    .to_owned(),
+            );
+            notes.push(
+                "Confidence is about the number of members alone: more members narrow the intervals, but do not make \
+                 model, factors and their bounds more certain."
+                    .to_owned(),
+            );
         }
         heat += &format!(
             "; over the members {} ± {} MJ/m² (mean ± 3σ), at most {} MJ/m²",
@@ -236,7 +230,10 @@ fn notes(answers: &Answers, outcome: &Prediction, rows: &[Row<'_>]) -> Vec<Strin
         );
         let failed = swept.members - swept.completed;
         if failed > 0 {
-            excluded.push(format::counted(failed, "failed member"));
+            excluded.push(format!(
+                "{} in means, standard deviations, times above and heat",
+                format::counted(failed, "failed member")
+            ));
         }
         excluded.push("properties and loads that no factor varies".to_owned());
     } else {
@@ -290,7 +287,7 @@ pub(super) fn csv(answers: &Answers, outcome: &Prediction) -> Result<Option<Name
 
 /// Columns of the members.
 fn spread_numbers(spread: &MarginSpread) -> Vec<f64> {
-    let (low, high) = spread.exceeding.interval_95();
+    let (low, high) = spread.exceeding_interval.unwrap_or((f64::NAN, f64::NAN));
     let (mean_k, three_k) = (spread.mean_k, 3.0 * spread.deviation_k);
     let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let mut numbers = vec![spread.exceeding.count as f64, spread.exceeding.total as f64];
@@ -319,7 +316,7 @@ pub(super) fn lines(answers: &Answers, outcome: &Prediction) -> Vec<String> {
         let unit = |temperature_k: f64, text: String| if temperature_k.is_nan() { text } else { text + " K" };
         let whole = |temperature_k: f64| unit(temperature_k, format::grouped(temperature_k, 0));
         let (above, bound) = row.spread.map_or((String::new(), String::new()), |spread| {
-            (share_text(spread.exceeding), spread.tolerance_bound_k.map_or("–".to_owned(), whole))
+            (share_text(spread), spread.tolerance_bound_k.map_or("–".to_owned(), whole))
         });
         let margin_decimals = if nominal.margin_k.abs() < 10.0 { 1 } else { 0 };
         table.push([
@@ -338,13 +335,32 @@ pub(super) fn lines(answers: &Answers, outcome: &Prediction) -> Vec<String> {
     if rows.len() > MAX_SCREEN_ROWS {
         lines.push(format!("{} in report.html", format::counted(rows.len() - MAX_SCREEN_ROWS, "larger margin")));
     }
+    lines.extend(dependence(answers).filter(|_| swept).into_iter().flat_map(|reason| wrap("", &reason)));
     lines
 }
 
-/// A share with its interval, or alone where that is longer than its column.
-fn share_text(counted: Proportion) -> String {
-    let text = format::proportion(counted);
-    if text.chars().count() <= 26 { text } else { format::percent_near_limits(counted.fraction()) }
+/// The share of members above the limit, with its interval if there is one.
+fn share(spread: &MarginSpread) -> String {
+    match spread.exceeding_interval {
+        Some(_) => format::proportion(spread.exceeding),
+        None => format::percent_near_limits(spread.exceeding.fraction()),
+    }
+}
+
+/// [`share`], without its interval where that is longer than its column.
+fn share_text(spread: &MarginSpread) -> String {
+    let text = share(spread);
+    if text.chars().count() <= 26 { text } else { format::percent_near_limits(spread.exceeding.fraction()) }
+}
+
+/// Why the margins of the members have no intervals and no bound; `None` where they have.
+fn dependence(answers: &Answers) -> Option<String> {
+    let swept = answers.uncertainty.as_ref().filter(|swept| !swept.has_independent_members)?;
+    Some(format!(
+        "No 95 % intervals and no 95/99 bound: members of {} sampling are not independent. Draw them with normal or \
+         uniform sampling.",
+        swept.sampling
+    ))
 }
 
 #[cfg(test)]
@@ -352,6 +368,7 @@ mod tests {
     use super::super::fixture;
     use super::super::terminal::screen;
     use super::*;
+    use crate::fit::proportion::Proportion;
     use crate::study::margins::{MarginStatistics, PEAK_PROBABILITIES, PeakPercentile};
     use crate::study::nominal::Peak;
 
@@ -369,7 +386,8 @@ mod tests {
         outcomes.nominal.margins = vec![margin(700.0, 640.0), margin(600.0, 622.4)];
         outcomes.nominal.limited_k = vec![vec![300.0], vec![300.0]];
         let spread = |count, value_k: f64| MarginSpread {
-            exceeding: Proportion { count, total: 4997 },
+            exceeding: Proportion { count, total: 5000 },
+            exceeding_interval: Some(Proportion { count, total: 5000 }.interval_95()),
             mean_k: value_k,
             deviation_k: 5.0,
             max_k: value_k + 20.0,
@@ -395,7 +413,7 @@ mod tests {
         let text = finding(&outcomes.answers("uncertainty"), &outcomes.nominal).expect("a finding").text;
         let expected =
             "Smallest margin: TC4 peaks at 622 K (349 °C) nominally, 22.4 K above its limit of 600 K (327 °C)";
-        assert!(text.starts_with(expected) && text.contains("98.06 % ("), "{text}");
+        assert!(text.starts_with(expected) && text.contains("98.00 % ("), "{text}");
         assert!(finding(&outcomes.answers("sensitivity"), &outcomes.nominal).is_none());
         let free = fixture::outcomes();
         assert!(finding(&free.answers("predict"), &free.nominal).is_none());
@@ -413,8 +431,40 @@ mod tests {
     fn the_table_of_a_sweep_names_the_members_the_confidence_and_what_is_not_in_it() {
         let outcomes = limited();
         let page = page(&outcomes.answers("uncertainty"), &outcomes.nominal);
-        for text in ["4,997 members", "Clopper–Pearson", "to –<", "3 failed members", "error of the model itself"] {
+        for text in ["5,000 members", "Clopper and Pearson", "to –<", "3 failed members", "error of the model itself"]
+        {
             assert!(page.contains(text), "no {text:?} in {page}");
+        }
+    }
+
+    /// Neither screen nor page nor table has an interval or a bound; both texts have the reason.
+    #[test]
+    fn members_that_are_not_independent_have_no_interval_and_no_bound_in_any_output() {
+        let mut outcomes = limited();
+        let of_independent = page(&outcomes.answers("uncertainty"), &outcomes.nominal);
+        outcomes.uncertainty.sampling = "lhs";
+        outcomes.uncertainty.has_independent_members = false;
+        for spread in &mut outcomes.uncertainty.margins.as_mut().expect("margins").limits {
+            (spread.exceeding_interval, spread.tolerance_bound_k) = (None, None);
+            spread.percentiles.iter_mut().for_each(|percentile| (percentile.low_k, percentile.high_k) = (None, None));
+        }
+        let answers = outcomes.answers("uncertainty");
+        let page = page(&answers, &outcomes.nominal);
+        let screen = screen(&answers).split_whitespace().collect::<Vec<_>>().join(" ");
+        for text in [&page, &screen] {
+            assert!(text.contains("members of lhs sampling are not independent"), "{text}");
+        }
+        for interval in ["Clopper", " to –", "632.0 to 634.0"] {
+            assert!(!page.contains(interval), "{interval} in {page}");
+        }
+        assert!(of_independent.contains("Clopper") && of_independent.contains("632.0 to 634.0"), "{of_independent}");
+        let (_, bytes) = csv(&answers, &outcomes.nominal).expect("a table").expect("there are limits");
+        let mut rows = csv::Reader::from_reader(bytes.as_slice());
+        let head = rows.headers().expect("a head").clone();
+        let row = rows.records().next().expect("a limit").expect("a row");
+        for (name, cell) in head.iter().zip(&row) {
+            let is_of_interval = name.contains("_low") || name.contains("_high") || name.starts_with("tolerance");
+            assert_eq!(cell.is_empty(), is_of_interval, "{name} {cell}");
         }
     }
 

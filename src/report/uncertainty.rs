@@ -51,7 +51,7 @@ impl Reportable for Uncertainty {
         });
         let failed = self.failures.iter().map(|failure| {
             format!(
-                "{} of {} failed ({}), first member {}; they are excluded from all statistics.",
+                "{} of {} failed ({}), first member {}; they are in no statistic of a sensor.",
                 format::count(failure.members),
                 format::counted(self.members, "member"),
                 failure.reason,

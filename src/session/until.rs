@@ -2,7 +2,6 @@
 
 use super::{InputError, MembersCallback, RunningStudy, Session, SessionError, UncertaintyOptions};
 use crate::case::Case;
-use crate::ensemble::SamplingKind;
 use crate::march::March;
 use crate::study::sequential_sampling::{
     Drawing, PlainReason, PrecisionReached, PrecisionTarget, TargetQuantity, drawing, importance_sampling_until,
@@ -42,7 +41,7 @@ impl UncertaintyOptions {
     /// As [`Session::uncertainty_until`] for its input.
     pub fn check_until(&self, case: &Case, target: &PrecisionTarget) -> Result<(), SessionError> {
         self.check(case)?;
-        if !matches!(self.sampling, SamplingKind::Normal | SamplingKind::Uniform) {
+        if !self.sampling.has_independent_members() {
             let message = format!(
                 " {}: expected normal or uniform, as the intervals of a target are those of independent members",
                 self.sampling.name()

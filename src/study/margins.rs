@@ -1,5 +1,6 @@
 //! Margins of a case to its temperature limits: of one prediction, and of the members of a sweep.
 
+use crate::ensemble::SamplingKind;
 use crate::fit::proportion::{Proportion, quantile_ranks_95, upper_bound_rank};
 use crate::plan::Plan;
 use crate::traces::{Peak, Traces};
@@ -60,13 +61,17 @@ pub struct MarginStatistics {
     pub heat_load: HeatLoad,
 }
 
-/// The peak of a part over the members of a sweep, against its limit.
+/// The peak of a part over the members of a sweep, against its limit. A member that failed counts as above every limit
+/// and above every peak, as it may have been the hottest; moments, maximum and times are those of completed members.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct MarginSpread {
-    /// Members whose peak is above the limit.
+    /// Members whose peak is above the limit or that failed, of all members.
     pub exceeding: Proportion,
+    /// 95 % confidence interval of the probability of exceeding the limit (Clopper and Pearson); `None` for members
+    /// that are not drawn independently.
+    pub exceeding_interval: Option<(f64, f64)>,
     /// Mean of the peak, K.
     pub mean_k: f64,
     /// Standard deviation of the peak, K.
@@ -76,7 +81,8 @@ pub struct MarginSpread {
     /// The percentiles of [`PEAK_PROBABILITIES`].
     pub percentiles: [PeakPercentile; 3],
     /// Upper one-sided tolerance bound: with 95 % confidence at least 99 % of all peaks are below it, K; `None` with
-    /// fewer than 299 members.
+    /// fewer than 299 members, where so many failed that it has no bound, and for members that are not drawn
+    /// independently.
     pub tolerance_bound_k: Option<f64>,
     /// 95th percentile of the time above the limit, s.
     pub time_above_p95_s: f64,
@@ -91,11 +97,12 @@ pub struct MarginSpread {
 pub struct PeakPercentile {
     /// The probability.
     pub probability: f64,
-    /// The percentile, K.
+    /// The percentile, K; infinite where that many members failed.
     pub value_k: f64,
-    /// Lower end of the interval, K; `None` with too few members.
+    /// Lower end of the interval, K; `None` with too few members or too many that failed, and for members that are not
+    /// drawn independently.
     pub low_k: Option<f64>,
-    /// Upper end of the interval, K; `None` with too few members.
+    /// Upper end of the interval, K; `None` in the same cases.
     pub high_k: Option<f64>,
 }
 
@@ -176,13 +183,19 @@ impl MarginSamples {
         self.peaks_k.iter_mut().chain(&mut self.times_above_s).chain([&mut self.heat_loads_j_m2])
     }
 
-    /// The statistics for the limits of a case; `None` without limits or members. The samples are sorted.
-    pub(crate) fn statistics(&self, case_limits_k: &[f64]) -> Option<MarginStatistics> {
+    /// The statistics for the limits of a case, with `failed` members beside those of the samples; `None` without
+    /// limits or samples. The samples are sorted.
+    pub(crate) fn statistics(
+        &self,
+        case_limits_k: &[f64],
+        failed: usize,
+        sampling: SamplingKind,
+    ) -> Option<MarginStatistics> {
         if self.is_empty() || self.heat_loads_j_m2.is_empty() {
             return None;
         }
         let of_limit = |((peaks_k, times_s), &limit_k): ((&Vec<f64>, &Vec<f64>), &f64)| {
-            MarginSpread::of(peaks_k, times_s, limit_k)
+            MarginSpread::of(peaks_k, times_s, limit_k, failed, sampling)
         };
         let limits = self.peaks_k.iter().zip(&self.times_above_s).zip(case_limits_k).map(of_limit).collect();
         let (mean_j_m2, deviation_j_m2) = mean_and_deviation(&self.heat_loads_j_m2);
@@ -192,30 +205,35 @@ impl MarginSamples {
 }
 
 impl MarginSpread {
-    /// From the peaks and the times above the limit of all members, each in ascending order.
-    fn of(peaks_k: &[f64], times_above_s: &[f64], limit_k: f64) -> Self {
-        let members = peaks_k.len();
-        let at_rank = |rank: usize| peaks_k[rank - 1];
+    /// From the peaks and the times above the limit of the completed members, each in ascending order, and the number
+    /// of failed ones.
+    fn of(peaks_k: &[f64], times_above_s: &[f64], limit_k: f64, failed: usize, sampling: SamplingKind) -> Self {
+        let (completed, members) = (peaks_k.len(), peaks_k.len() + failed);
+        let is_independent = sampling.has_independent_members();
+        let at_rank = |rank: usize| peaks_k.get(rank - 1).copied();
+        let end = |rank: Option<usize>| rank.filter(|_| is_independent).and_then(at_rank);
         let percentile = |probability: f64| {
             let (low, high) = quantile_ranks_95(members, probability);
             PeakPercentile {
                 probability,
-                value_k: at_rank(quantile_rank(members, probability)),
-                low_k: low.map(at_rank),
-                high_k: high.map(at_rank),
+                value_k: at_rank(quantile_rank(members, probability)).unwrap_or(f64::INFINITY),
+                low_k: end(low),
+                high_k: end(high),
             }
         };
         let (mean_k, deviation_k) = mean_and_deviation(peaks_k);
-        let exceeding = members - peaks_k.partition_point(|&peak_k| peak_k <= limit_k);
+        let count = members - peaks_k.partition_point(|&peak_k| peak_k <= limit_k);
+        let exceeding = Proportion { count, total: members };
         Self {
-            exceeding: Proportion { count: exceeding, total: members },
+            exceeding,
+            exceeding_interval: is_independent.then(|| exceeding.interval_95()),
             mean_k,
             deviation_k,
-            max_k: at_rank(members),
+            max_k: peaks_k[completed - 1],
             percentiles: PEAK_PROBABILITIES.map(percentile),
-            tolerance_bound_k: upper_bound_rank(members, TOLERANCE_CONTENT, TOLERANCE_CONFIDENCE).map(at_rank),
-            time_above_p95_s: times_above_s[quantile_rank(members, 0.95) - 1],
-            time_above_max_s: times_above_s[members - 1],
+            tolerance_bound_k: end(upper_bound_rank(members, TOLERANCE_CONTENT, TOLERANCE_CONFIDENCE)),
+            time_above_p95_s: times_above_s[quantile_rank(completed, 0.95) - 1],
+            time_above_max_s: times_above_s[completed - 1],
         }
     }
 }
@@ -251,6 +269,11 @@ mod tests {
         }
     }
 
+    /// Peaks of independent members in ascending order, with some that failed.
+    fn independent(peaks_k: &[f64], limit_k: f64, failed: usize) -> MarginSpread {
+        MarginSpread::of(peaks_k, &vec![0.0; peaks_k.len()], limit_k, failed, SamplingKind::Normal)
+    }
+
     /// Of 1,000 samples of a distribution, those whose intervals hold the percentiles, whose tolerance bound holds its
     /// content, and whose interval of the probability of exceeding a limit holds it.
     fn coverage(quantile: impl Fn(f64) -> f64, members: usize) -> [usize; 5] {
@@ -260,7 +283,7 @@ mod tests {
         for _ in 0..1000 {
             let mut peaks_k: Vec<f64> = (0..members).map(|_| quantile(even.next())).collect();
             peaks_k.sort_by(f64::total_cmp);
-            let spread = MarginSpread::of(&peaks_k, &vec![0.0; members], quantile(1.0 - EXCEEDING));
+            let spread = independent(&peaks_k, quantile(1.0 - EXCEEDING), 0);
             for (held, percentile) in held.iter_mut().zip(&spread.percentiles) {
                 let truth_k = quantile(percentile.probability);
                 let (low_k, high_k) = (percentile.low_k.unwrap_or(f64::MIN), percentile.high_k.unwrap_or(f64::MAX));
@@ -268,7 +291,7 @@ mod tests {
             }
             held[3] +=
                 usize::from(spread.tolerance_bound_k.is_some_and(|bound_k| bound_k >= quantile(TOLERANCE_CONTENT)));
-            let (low, high) = spread.exceeding.interval_95();
+            let (low, high) = spread.exceeding_interval.expect("members are independent");
             held[4] += usize::from((low..=high).contains(&EXCEEDING));
         }
         held
@@ -299,9 +322,41 @@ mod tests {
         let enough = min_draws_for_upper_bound(PEAK_PROBABILITIES[2]);
         assert_eq!(enough, 2836);
         let peaks_k: Vec<f64> = (0..enough).map(|n| n as f64).collect();
-        let high =
-            |members: usize| MarginSpread::of(&peaks_k[..members], &peaks_k[..members], 0.0).percentiles[2].high_k;
+        let high = |members: usize| independent(&peaks_k[..members], 0.0, 0).percentiles[2].high_k;
         assert!(high(enough).is_some() && high(enough - 1).is_none());
+    }
+
+    /// The statistics of ranks are those of peaks above all others, of which neither mean nor maximum know.
+    #[test]
+    fn a_failed_member_is_above_every_limit_and_every_peak() {
+        let peaks_k: Vec<f64> = (0..1000).map(f64::from).collect();
+        let (some_failed, all_completed) = (independent(&peaks_k[..990], 899.5, 10), independent(&peaks_k, 899.5, 0));
+        assert_eq!(some_failed.exceeding, Proportion { count: 100, total: 1000 });
+        assert_eq!(some_failed.exceeding_interval, all_completed.exceeding_interval);
+        assert_eq!(some_failed.percentiles[0], all_completed.percentiles[0]);
+        assert_eq!((some_failed.percentiles[1].value_k, some_failed.percentiles[1].high_k), (989.0, None));
+        assert_eq!((some_failed.percentiles[2].value_k, some_failed.tolerance_bound_k), (f64::INFINITY, None));
+        assert_eq!((some_failed.max_k, some_failed.mean_k), (989.0, 494.5));
+        // Negative control: without the failed members the probability is lower and the bound is stated.
+        let without = independent(&peaks_k[..990], 899.5, 0);
+        assert!(without.exceeding.fraction() < 0.1 && without.tolerance_bound_k.is_some());
+    }
+
+    #[test]
+    fn members_that_are_not_independent_have_estimates_without_intervals_and_bounds() {
+        let peaks_k: Vec<f64> = (0..5000).map(f64::from).collect();
+        let of = |sampling| MarginSpread::of(&peaks_k, &peaks_k, 4499.5, 0, sampling);
+        let independent = of(SamplingKind::Uniform);
+        assert!(independent.exceeding_interval.is_some() && independent.tolerance_bound_k.is_some());
+        for sampling in [SamplingKind::LatinHypercube, SamplingKind::Sobol] {
+            let found = of(sampling);
+            assert_eq!(found.exceeding, independent.exceeding);
+            assert_eq!((found.exceeding_interval, found.tolerance_bound_k), (None, None));
+            for (found, independent) in found.percentiles.iter().zip(&independent.percentiles) {
+                assert_eq!((found.value_k, found.low_k, found.high_k), (independent.value_k, None, None));
+                assert!(independent.low_k.is_some() && independent.high_k.is_some());
+            }
+        }
     }
 
     #[test]
@@ -325,10 +380,10 @@ mod tests {
         one.merge(&other);
         assert_eq!((&one, &turned), (&whole, &whole));
         assert!(whole.fits(1, 4) && !whole.fits(1, 3) && !whole.fits(2, 4) && !part(&[f64::NAN]).fits(1, 1));
-        let statistics = whole.statistics(&[400.0]).expect("members");
+        let statistics = whole.statistics(&[400.0], 0, SamplingKind::Normal).expect("members");
         assert_eq!(statistics.limits[0].exceeding, Proportion { count: 1, total: 4 });
         assert_eq!((statistics.limits[0].mean_k, statistics.limits[0].max_k), (387.5, 500.0));
-        assert_eq!(MarginSamples::new(0).statistics(&[]), None);
+        assert_eq!(MarginSamples::new(0).statistics(&[], 0, SamplingKind::Normal), None);
     }
 
     #[test]

@@ -294,9 +294,11 @@ impl SweepStatistics {
 
     /// All members: counted, excluded, or failed.
     pub fn members(&self) -> usize {
-        self.accumulator.members()
-            + self.accumulator.excluded()
-            + self.failures.values().map(|(members, _)| members).sum::<usize>()
+        self.accumulator.members() + self.accumulator.excluded() + self.failed()
+    }
+
+    fn failed(&self) -> usize {
+        self.failures.values().map(|(members, _)| members).sum()
     }
 
     /// Failures by reason.
@@ -406,7 +408,7 @@ impl SweepStatistics {
             seed: sampling.seed,
             bounds: self.bounds,
             sampling: sampling.kind.name(),
-            has_independent_members: matches!(sampling.kind, SamplingKind::Normal | SamplingKind::Uniform),
+            has_independent_members: sampling.kind.has_independent_members(),
             is_independent: self.is_independent,
             requested,
             members: self.members(),
@@ -415,7 +417,7 @@ impl SweepStatistics {
             instants_s: nominal.instants_s.clone(),
             spreads: spreads.collect(),
             peaks: peaks.collect(),
-            margins: self.margins.statistics(&self.limits_k),
+            margins: self.margins.statistics(&self.limits_k, self.failed(), sampling.kind),
         }
     }
 }

@@ -50,17 +50,21 @@ impl<T: Serialize> Serialize for OrderedMap<'_, T> {
     }
 }
 
-/// A counted share with its binomial 95 % interval.
+/// A counted share with its binomial 95 % interval, where its members are independent.
 #[derive(Serialize)]
 pub(in crate::report) struct ProportionRecord {
     count: usize,
     of: usize,
     share: f64,
-    interval: (f64, f64),
+    interval: Option<(f64, f64)>,
 }
 
 impl ProportionRecord {
     pub(in crate::report) fn of(counted: Proportion) -> Self {
-        Self { count: counted.count, of: counted.total, share: counted.fraction(), interval: counted.interval_95() }
+        Self::with_interval(counted, Some(counted.interval_95()))
+    }
+
+    pub(in crate::report) fn with_interval(counted: Proportion, interval: Option<(f64, f64)>) -> Self {
+        Self { count: counted.count, of: counted.total, share: counted.fraction(), interval }
     }
 }

@@ -71,7 +71,7 @@ impl MembersRecord {
             high_k,
         };
         Self {
-            above: ProportionRecord::of(spread.exceeding),
+            above: ProportionRecord::with_interval(spread.exceeding, spread.exceeding_interval),
             mean_k: spread.mean_k,
             standard_deviation_k: spread.deviation_k,
             mean_plus_3_sigma_k: spread.mean_k + 3.0 * spread.deviation_k,
