@@ -74,8 +74,8 @@ pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
 const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Most times that the steps are doubled for members that diverge.
 const COMPLETING_ROUNDS: usize = 2;
-/// Corners of the factor bounds that are marched: two SIMD groups in f64.
-const CORNER_MEMBERS: usize = 16;
+/// Fewest corners of the factor bounds that are marched: two SIMD groups in f64.
+const MIN_CORNERS: usize = 16;
 
 impl Discretisation {
     /// The initial discretisation of a case: few cells and few steps.
@@ -307,8 +307,11 @@ fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<P
             denser = Some((next, finer));
         }
     }
-    let corners_k = corners_k(&trials, case, &plan, &stated.rediscretised(case, discretisation.refined(2)))?;
-    plan.error_estimate = Some(estimate.into_error_estimate(corners_k));
+    let corners_k = match case.factors.is_empty() {
+        true => Vec::new(),
+        false => member_errors_k(case, &plan, Precision::F64, &corners(case, Bounds::Small), monitor)?,
+    };
+    plan.error_estimate = Some(estimate.into_error_estimate(&corners_k));
     Ok(plan)
 }
 
@@ -363,6 +366,26 @@ pub(crate) fn refined_traces(
     let trials = Trials { monitor, marched: Mutex::new(0) };
     let tolerance_k = case.resolution.tolerance_k.unwrap_or(DEFAULT_TOLERANCE_K);
     refined_marches(&trials, case, &Plan::new(case), plan, members, tolerance_k)
+}
+
+/// The error of each of some members on a plan of a case in a precision: the difference to a march in f64 with twice
+/// the cells and steps, K; infinite where either did not complete.
+///
+/// # Errors
+/// As [`adapt_monitored`].
+pub(crate) fn member_errors_k(
+    case: &Case,
+    plan: &Plan,
+    precision: Precision,
+    members: &Ensemble,
+    monitor: &Monitor,
+) -> Result<Vec<f64>, MarchError> {
+    let trials = Trials { monitor, marched: Mutex::new(0) };
+    let finer = Plan::new(case).rediscretised(case, plan.discretisation.refined(2));
+    let base = || march_extrapolated(&mut Cpu::new(precision), plan, members, 0..members.len());
+    let (base, finer) = rayon::join(base, || trials.march(&finer, members));
+    let (base, finer) = (base?, finer?);
+    Ok((0..members.len()).map(|member| TWOFOLD_ERROR_RATIO * largest_difference_k(&base, &finer, member)).collect())
 }
 
 fn refined_marches(
@@ -422,8 +445,10 @@ fn completing(
     Ok(completed)
 }
 
-/// Members at corners of bounds of the factors: all low, all high, and alternating patterns (Walsh functions) over an
-/// order of the factors that is not that of the case.
+/// Members at corners of bounds of the factors: all low, all high, and alternating patterns (Walsh functions and their
+/// complements) over an order of the factors that is not that of the case. They are an orthogonal array of strength
+/// three: among any three factors, each combination of low and high occurs equally often (Hedayat, Sloane & Stufken,
+/// *Orthogonal Arrays*, 1999, theorem 7.3).
 fn corners(case: &Case, bounds: Bounds) -> Ensemble {
     let count = case.factors.len();
     let mut order: Vec<usize> = (0..count).collect();
@@ -440,19 +465,8 @@ fn corners(case: &Case, bounds: Bounds) -> Ensemble {
         }
         values
     };
-    Ensemble::from_values(count, (0..CORNER_MEMBERS).flat_map(row).collect())
-}
-
-/// The largest error of the members at corners of the factors' small bounds that complete, K.
-fn corners_k(trials: &Trials<'_>, case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, MarchError> {
-    if case.factors.is_empty() {
-        return Ok(None);
-    }
-    let ensemble = corners(case, Bounds::Small);
-    let (base, finer) = rayon::join(|| trials.march(plan, &ensemble), || trials.march(finer, &ensemble));
-    let (base, finer) = (base?, finer?);
-    let errors_k = (0..ensemble.len()).map(|corner| TWOFOLD_ERROR_RATIO * largest_difference_k(&base, &finer, corner));
-    Ok(errors_k.filter(|error_k| error_k.is_finite()).reduce(f64::max))
+    let members = (2 * count.next_power_of_two()).max(MIN_CORNERS);
+    Ensemble::from_values(count, (0..members).flat_map(row).collect())
 }
 
 fn cell_steps(plan: &Plan) -> f64 {
@@ -542,8 +556,36 @@ mod tests {
         for corner in 0..one.len() {
             assert!(one.member(corner).into_iter().eq(other.member(corner).into_iter().rev()), "corner {corner}");
         }
-        let values: Vec<Vec<f64>> = (0..one.len()).map(|corner| one.member(corner)).collect();
-        assert!((1..one.len()).all(|corner| !values[..corner].contains(&values[corner])));
+    }
+
+    #[test]
+    fn among_any_three_factors_each_combination_of_low_and_high_occurs_at_equally_many_corners() {
+        let case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
+        for count in [1, 2, 3, 7, 8, 9, 16, 17, 40] {
+            let mut case = case.clone();
+            let factor = |index: usize| {
+                let mut factor = case.factors[index % case.factors.len()].clone();
+                factor.name = format!("f{index}");
+                factor
+            };
+            case.factors = (0..count).map(factor).collect();
+            let (found, low) = (corners(&case, Bounds::Small), |of: usize| case.factors[of].bounds(Bounds::Small).0);
+            let is_high: Vec<Vec<bool>> = (0..found.len())
+                .map(|corner| (0..count).map(|of| found.member(corner)[of] > low(of)).collect())
+                .collect();
+            let triples = (0..count).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| [a, b, c])));
+            for triple in triples.filter(|_| count >= 3) {
+                let mut times = [0; 8];
+                for corner in &is_high {
+                    let [a, b, c] = triple.map(|of| usize::from(corner[of]));
+                    times[4 * a + 2 * b + c] += 1;
+                }
+                assert_eq!(times, [found.len() / 8; 8], "{count} factors, {triple:?}");
+            }
+            for of in 0..count {
+                assert_eq!(is_high.iter().filter(|corner| corner[of]).count(), found.len() / 2, "{count} factors");
+            }
+        }
     }
 
     #[test]

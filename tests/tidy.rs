@@ -28,7 +28,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
         &["limits", "case", "plan", "adapt", "ensemble", "traces", "march", "fit", "study", "report", "user_cache"],
     ),
     ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
-    ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
+    ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit", "study"]),
     // Words in, calls of a session, text out: what it takes from other modules are options and answers.
     ("command", &["case", "ensemble", "fit", "march", "plan", "report", "session", "study", "traces", "verify"]),
 ];
@@ -50,7 +50,8 @@ const HOMES: &[(&str, &[&str])] = &[
             "src/march/record_peaks.rs",
             "src/march/richardson.rs",
             "src/study/statistics",
-            "src/study/uncertainty.rs",
+            "src/study/uncertainty",
+            "src/verify/coverage/",
             "src/session/",
             "src/command/devices.rs",
         ],

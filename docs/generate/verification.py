@@ -39,6 +39,13 @@ GROUPS = {
         "The minimiser against certified answers: the 27 nonlinear sets of NIST's Statistical Reference Datasets from\n"
         "both starts, and the test problems of Moré, Garbow and Hillstrom (1981).",
     ),
+    "coverage": (
+        "Coverage of intervals",
+        "How often the 95 % intervals of each kind contain the truth, counted over seeds under default settings; n is\n"
+        "the number of members or samples. The tables of the margins, `--until`, Sobol indices, correlations and\n"
+        "estimates. Those of `history` and of noise of other kinds are counted in the tests:\n"
+        "[](theory/inference.md).",
+    ),
     "cross-backend": (
         "CPU against GPU",
         "Every backend against the CPU in double precision. On a device that rounds as IEEE 754 says, GPU and CPU\n"

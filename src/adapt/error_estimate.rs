@@ -26,17 +26,20 @@ impl OutputErrors {
         self
     }
 
-    /// The estimate for the report, with the largest error of the members at corners of the factors' bounds. Two
-    /// marches may agree better than either is accurate, so the error of a gauge is at least `MIN_REPORTED_RATIO` of
-    /// its tolerance.
-    pub(super) fn into_error_estimate(self, corners_k: Option<f64>) -> ErrorEstimate {
+    /// The estimate for the report, with the errors of the members at corners of the factors' bounds: infinite of those
+    /// that did not complete. Two marches may agree better than either is accurate, so the error of a gauge is at least
+    /// `MIN_REPORTED_RATIO` of its tolerance.
+    pub(super) fn into_error_estimate(self, corners_k: &[f64]) -> ErrorEstimate {
         let least =
             |gauge: GaugeError| GaugeError { error: gauge.error.max(MIN_REPORTED_RATIO * gauge.tolerance), ..gauge };
         let gauges = self.gauges.into_iter().map(least).collect();
+        let completed_k = corners_k.iter().copied().filter(|error_k| error_k.is_finite());
         ErrorEstimate {
             tolerance_k: self.tolerance_k,
             nominal_k: self.temperature_k,
-            corners_k,
+            corners_k: completed_k.clone().reduce(f64::max),
+            corners: corners_k.len(),
+            failed_corners: corners_k.len() - completed_k.count(),
             gauges,
             rounding: None,
         }
@@ -138,7 +141,7 @@ const ROUNDING_RATIO: f64 = 1e-3;
 impl ErrorEstimate {
     /// With the larger errors of other members.
     pub(super) fn with_members(mut self, found: OutputErrors) -> Self {
-        let found = found.into_error_estimate(None);
+        let found = found.into_error_estimate(&[]);
         self.nominal_k = self.nominal_k.max(found.nominal_k);
         for (gauge, found) in self.gauges.iter_mut().zip(&found.gauges) {
             gauge.error = gauge.error.max(found.error);

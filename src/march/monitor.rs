@@ -108,6 +108,12 @@ impl Monitor {
         if self.until.is_some_and(|until| Instant::now() >= until) { Err(MarchError::Stopped) } else { Ok(()) }
     }
 
+    /// The same without reports: for marches that are not of a sweep.
+    #[must_use]
+    pub fn without_progress(&self) -> Self {
+        Self { progress: None, ..self.clone() }
+    }
+
     /// Reports progress.
     pub fn report(&self, progress: Progress) {
         if let Some(ProgressCallback(report)) = &self.progress {

@@ -64,9 +64,13 @@ pub struct ErrorEstimate {
     pub tolerance_k: f64,
     /// Error of the nominal member.
     pub nominal_k: f64,
-    /// The largest error of the members at corners of the factors' small bounds that completed; `None` without
-    /// factors.
+    /// The largest error of the members at corners of the factors' small bounds that completed on this plan and on the
+    /// one with twice the cells and steps; `None` if none did, as without factors.
     pub corners_k: Option<f64>,
+    /// Corners that were marched.
+    pub corners: usize,
+    /// Of these, the ones that did not complete.
+    pub failed_corners: usize,
     /// Gauges of the nominal member; empty without decomposition and gas flow.
     pub gauges: Vec<GaugeError>,
     /// What rounding adds to these errors; `None` in f64.
@@ -92,9 +96,17 @@ pub struct RoundingError {
 
 impl ErrorEstimate {
     /// Of a march without gauges and other members.
-    #[cfg(feature = "command")]
+    #[cfg(any(feature = "command", test))]
     pub(crate) fn of_temperature(nominal_k: f64, tolerance_k: f64) -> Self {
-        Self { tolerance_k, nominal_k, corners_k: None, gauges: Vec::new(), rounding: None }
+        Self {
+            tolerance_k,
+            nominal_k,
+            corners_k: None,
+            corners: 0,
+            failed_corners: 0,
+            gauges: Vec::new(),
+            rounding: None,
+        }
     }
 
     /// Whether most of an error is that of rounding in f32, which finer cells and steps do not reduce.

@@ -16,7 +16,7 @@ use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::simultaneous_band::SimultaneousBand;
 use crate::study::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
 use crate::study::timing::Timing;
-use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
+use crate::study::uncertainty::{Failure, MembersError, PeakSpread, Spread, SweepError, Uncertainty};
 use crate::traces::{Balance, MemberStatus};
 use std::sync::Arc;
 use std::time::Instant;
@@ -108,11 +108,9 @@ fn nominal(strength: f64) -> Prediction {
         steps: 912,
         cells: 64,
         error_estimate: Some(ErrorEstimate {
-            tolerance_k: 0.05,
-            nominal_k: 0.031,
             corners_k: Some(0.044),
-            gauges: Vec::new(),
-            rounding: None,
+            corners: 16,
+            ..ErrorEstimate::of_temperature(0.031, 0.05)
         }),
     }
 }
@@ -338,6 +336,10 @@ fn uncertainty(case: &Case, nominal: &Prediction) -> Uncertainty {
         instants_s: instants(),
         peaks: peaks.collect(),
         margins: None,
+        discretisation_error: Some(SweepError {
+            extreme: MembersError { members: 50, failed: 1, temperature_k: Some(0.061) },
+            others: MembersError { members: 16, failed: 0, temperature_k: Some(0.035) },
+        }),
         spreads,
     }
 }

@@ -110,9 +110,13 @@ pub(super) fn profile_interval((low, high): (Option<f64>, Option<f64>), (least, 
 
 /// Estimated discretisation errors of a march, as a clause.
 pub(super) fn discretisation_error(reached: &ErrorEstimate) -> String {
-    let corners = reached.corners_k.map_or(String::new(), |error_k| {
-        format!(", {} at corners of the factor bounds", temperature_difference(error_k))
-    });
+    let corners = match reached.corners {
+        0 => String::new(),
+        corners => {
+            let error = members_error(reached.corners_k, reached.failed_corners);
+            format!(", {error} at {} corners of the small bounds", count(corners))
+        }
+    };
     let gauges: Vec<String> = reached
         .gauges
         .iter()
@@ -123,6 +127,12 @@ pub(super) fn discretisation_error(reached: &ErrorEstimate) -> String {
         format!(", {} of it by rounding in f32", temperature_difference(rounding.nominal_k))
     });
     format!("discretisation error: {} nominal{rounding}{corners}{gauges}", temperature_difference(reached.nominal_k))
+}
+
+/// The largest error of some members that completed, with the number of those that did not.
+pub(super) fn members_error(error_k: Option<f64>, failed: usize) -> String {
+    let error = error_k.map_or("unknown".to_owned(), temperature_difference);
+    if failed == 0 { error } else { format!("{error} ({} failed)", count(failed)) }
 }
 
 /// An error of a gauge in its unit, or in per cent of its peak.
@@ -236,6 +246,19 @@ pub(super) fn clause(text: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn corners_that_fail_are_counted_beside_the_error_of_the_others() {
+        let mut reached = ErrorEstimate::of_temperature(0.03, 0.05);
+        assert_eq!(discretisation_error(&reached), "discretisation error: 0.030 K nominal");
+        (reached.corners, reached.corners_k) = (16, Some(0.21));
+        let sound = "discretisation error: 0.030 K nominal, 0.21 K at 16 corners of the small bounds";
+        assert_eq!(discretisation_error(&reached), sound);
+        reached.failed_corners = 2;
+        assert!(discretisation_error(&reached).contains("0.21 K (2 failed) at 16 corners"));
+        (reached.failed_corners, reached.corners_k) = (16, None);
+        assert!(discretisation_error(&reached).contains("unknown (16 failed) at 16 corners"));
+    }
 
     #[test]
     fn a_temperature_is_given_in_kelvin_and_celsius() {

@@ -16,7 +16,8 @@ use super::{ReportError, format};
 use crate::case::Case;
 use crate::study::answers::Answers;
 use crate::study::statistics::ConfidenceInterval;
-use crate::study::uncertainty::Uncertainty;
+use crate::study::uncertainty::{MembersError, SweepError, Uncertainty};
+use crate::study::validity::UNUSABLE_MULTIPLE;
 
 impl Reportable for Uncertainty {
     fn members(&self) -> Option<MemberCounts> {
@@ -41,7 +42,7 @@ impl Reportable for Uncertainty {
         text.into_iter().filter_map(|(about, text)| text.map(|text| Finding { label: about, text })).collect()
     }
 
-    fn warnings(&self, _: &Answers) -> Vec<String> {
+    fn warnings(&self, answers: &Answers) -> Vec<String> {
         let stopped = self.is_partial().then(|| {
             format!(
                 "The sweep was stopped after {} of {}; intervals are those of the members so far.",
@@ -58,7 +59,7 @@ impl Reportable for Uncertainty {
                 format::count(failure.first)
             )
         });
-        stopped.into_iter().chain(failed).collect()
+        stopped.into_iter().chain(failed).chain(self.inaccuracy(answers)).collect()
     }
 
     fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
@@ -94,13 +95,52 @@ impl Reportable for Uncertainty {
     fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
         record.put("variance_shares", &record::variance_shares(&answers.case, self))?;
         record.put("sensitivity_indices", &record::sensitivity_indices(&answers.case, self))?;
-        record.put("simultaneous_bands", &record::simultaneous_bands(&answers.case, self))
+        record.put("simultaneous_bands", &record::simultaneous_bands(&answers.case, self))?;
+        if let Some(found) = &self.discretisation_error {
+            record.put("sweep_discretisation_error", found)?;
+        }
+        Ok(())
     }
+}
+
+impl Uncertainty {
+    /// A warning where the error of members is far above the tolerance that the nominal member meets.
+    fn inaccuracy(&self, answers: &Answers) -> Option<String> {
+        let tolerance_k = answers.nominal_march()?.error_estimate.as_ref()?.tolerance_k;
+        let found = self.discretisation_error.as_ref()?;
+        let error_k = [&found.extreme, &found.others].into_iter().filter_map(|of| of.temperature_k).reduce(f64::max)?;
+        (error_k > UNUSABLE_MULTIPLE * tolerance_k).then(|| {
+            format!(
+                "The {}; cells and steps are adapted to the nominal member and its tolerance of {} K. State a smaller \
+                 tolerance in [resolution] for a smaller error.",
+                discretisation_error(found),
+                format::significant(tolerance_k, 2)
+            )
+        })
+    }
+}
+
+/// The discretisation error of members of a sweep, as a clause.
+fn discretisation_error(found: &SweepError) -> String {
+    let SweepError { extreme, others } = found;
+    let extreme_members = match extreme.members {
+        1 => "the most extreme member".to_owned(),
+        members => format!("the {} most extreme members", format::count(members)),
+    };
+    let error = |of: &MembersError| format::members_error(of.temperature_k, of.failed);
+    let others = match others.members {
+        0 => String::new(),
+        members => format!(", {} among {} others", error(others), format::count(members)),
+    };
+    format!("discretisation error of members is {} among {extreme_members}{others}", error(extreme))
 }
 
 /// The lines of the screen: the table of sensors and, where there is room, the Sobol indices.
 pub(super) fn lines(answers: &Answers, outcome: &Uncertainty, most: usize, room: &ScreenLimits) -> Vec<String> {
     let mut lines = table_on_screen(answers, outcome, most);
+    if !room.is_shared {
+        lines.extend(outcome.discretisation_error.iter().flat_map(|found| wrap("", &discretisation_error(found))));
+    }
     if let (Some(sensor), false) = (answers.deepest_sensor(), room.is_shared) {
         lines.extend(
             sensitivity_indices::variance_decomposition(answers, outcome, sensor)
@@ -238,7 +278,9 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
         "Time, 95 % interval, s",
         "Largest shares",
     ];
+    let error = outcome.discretisation_error.as_ref().map(|found| format!("The {}.", discretisation_error(found)));
     paragraph(&drawn)
+        + &error.map_or(String::new(), |error| paragraph(&error))
         + &table("Peak temperatures of the members", &head, &rows)
         + &table("Failed members", &["Reason", "Members", "First member"], &failures)
         + &answers.deepest_sensor().map(|sensor| peak_indices(answers, outcome, sensor)).unwrap_or_default()

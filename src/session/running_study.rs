@@ -8,6 +8,7 @@ use super::{
 };
 use crate::adapt::{ACCEPTED_ERROR, checked_at_members, refined_traces};
 use crate::case::Case;
+use crate::ensemble::Ensemble;
 use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
@@ -27,7 +28,7 @@ use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
 #[cfg(feature = "serde")]
 use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
-use crate::study::uncertainty::{SweepStatistics, Uncertainty};
+use crate::study::uncertainty::{SweepError, SweepStatistics, Uncertainty, sweep_error};
 use crate::study::work_log::{NoLog, WorkLog};
 #[cfg(feature = "serde")]
 use crate::traces::MemberStatus;
@@ -63,7 +64,10 @@ impl RunningStudy<'_> {
             None => self.predict()?,
         };
         let gathered = self.sweep_statistics(options, &nominal, 0..options.members, members)?;
-        let found = gathered.results(&nominal, &options.sweep().sampling, options.members);
+        let mut found = gathered.results(&nominal, &options.sweep().sampling, options.members);
+        if !found.is_partial() {
+            found.discretisation_error = self.sweep_error(&options.sweep().ensemble(&self.answers.case))?;
+        }
         self.answers.seed = Some(options.seed);
         self.answers.uncertainty = Some(found.clone());
         Ok(found)
@@ -82,6 +86,15 @@ impl RunningStudy<'_> {
             found => self.answers.depth_profiles = found?,
         }
         Ok(())
+    }
+
+    /// The discretisation error of members of a sweep; `None` where the study is stopped before it is known.
+    pub(super) fn sweep_error(&self, ensemble: &Ensemble) -> Result<Option<SweepError>, MarchError> {
+        let precision = self.march.backend().precision;
+        match sweep_error(&self.answers.case, self.plan, precision, ensemble, &self.march.monitor()) {
+            Err(MarchError::Stopped) => Ok(None),
+            found => found,
+        }
     }
 
     /// Statistics of some members of a sweep.

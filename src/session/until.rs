@@ -8,7 +8,7 @@ use crate::study::sequential_sampling::{
     sweep_until,
 };
 use crate::study::simultaneous_band::Envelope;
-use crate::study::uncertainty::{SweepStatistics, failure_reason};
+use crate::study::uncertainty::{Sweep, SweepStatistics, failure_reason};
 
 impl Session {
     /// Sample until the 95 % confidence interval of a percentile or of a probability has its half-width, or
@@ -90,7 +90,10 @@ impl RunningStudy<'_> {
             SweepStatistics::new(case, &nominal, &envelope, bounds, kind).with_driver_emissivity(driver, options.seed);
         let found = sweep_until(case, plan, self.march, &mut gathered, &sweep, target, members)?;
         let found = PrecisionReached { plain_reason, ..found };
-        self.answers.uncertainty = Some(gathered.results(&nominal, &sweep.sampling, gathered.members()));
+        let drawn = Sweep { members: gathered.members(), ..sweep };
+        let mut of_drawn = gathered.results(&nominal, &sweep.sampling, drawn.members);
+        of_drawn.discretisation_error = self.sweep_error(&drawn.ensemble(&self.answers.case))?;
+        self.answers.uncertainty = Some(of_drawn);
         Ok(found)
     }
 }

@@ -207,7 +207,13 @@ impl MarginSamples {
 impl MarginSpread {
     /// From the peaks and the times above the limit of the completed members, each in ascending order, and the number
     /// of failed ones.
-    fn of(peaks_k: &[f64], times_above_s: &[f64], limit_k: f64, failed: usize, sampling: SamplingKind) -> Self {
+    pub(crate) fn of(
+        peaks_k: &[f64],
+        times_above_s: &[f64],
+        limit_k: f64,
+        failed: usize,
+        sampling: SamplingKind,
+    ) -> Self {
         let (completed, members) = (peaks_k.len(), peaks_k.len() + failed);
         let is_independent = sampling.has_independent_members();
         let at_rank = |rank: usize| peaks_k.get(rank - 1).copied();

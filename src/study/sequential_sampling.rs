@@ -122,7 +122,7 @@ impl Look {
         }
     }
 
-    fn is_within(&self, half_width: HalfWidth) -> bool {
+    pub(crate) fn is_within(&self, half_width: HalfWidth) -> bool {
         let most = match half_width {
             HalfWidth::Absolute(most) => most,
             HalfWidth::Relative(share) => share * self.estimate,
@@ -144,13 +144,13 @@ impl PrecisionReached {
 }
 
 /// The numbers of members at the looks, up to a largest one.
-fn looks(most: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn looks(most: usize) -> impl Iterator<Item = usize> {
     let next = move |&members: &usize| (members < most).then(|| ((GROWTH * members as f64).ceil() as usize).min(most));
     std::iter::successors(Some(FIRST_LOOK.min(most)), next)
 }
 
 /// The percentile or the probability from the peaks of independent members, K, in ascending order.
-fn look(peaks_k: &[f64], quantity: TargetQuantity) -> Look {
+pub(crate) fn look(peaks_k: &[f64], quantity: TargetQuantity) -> Look {
     let members = peaks_k.len();
     match quantity {
         TargetQuantity::Percentile(probability) => {
@@ -278,14 +278,14 @@ pub fn importance_sampling_until(
 }
 
 /// Importance sampling up to a half-width.
-struct Sampled {
+pub(crate) struct Sampled {
     estimate: ImportanceEstimate,
-    looks: Vec<Look>,
+    pub(crate) looks: Vec<Look>,
     is_reached: bool,
 }
 
 /// Draw members until the interval of the probability has a half-width, or the largest number is drawn.
-fn sample_until<L: LimitState>(
+pub(crate) fn sample_until<L: LimitState>(
     state: &mut L,
     sampling: &ImportanceSampling,
     half_width: HalfWidth,

@@ -11,6 +11,7 @@
 //! kept whole, for the errors of these functions. The memory does not depend on the number of members.
 
 mod basis;
+mod correlation_scatter;
 mod histogram;
 mod interval;
 mod member_sample;
@@ -18,8 +19,6 @@ mod output;
 mod polynomial_chaos;
 mod sensitivity_indices;
 mod serialisation;
-#[cfg(test)]
-mod sobol_coverage;
 mod sums;
 #[cfg(test)]
 mod tests;

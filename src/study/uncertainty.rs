@@ -1,5 +1,9 @@
 //! Monte Carlo uncertainty of the prediction, and its attribution to factors.
 
+mod sweep_error;
+
+pub use sweep_error::{MembersError, SweepError, sweep_error};
+
 use super::driver_emissivity::{DriverEmissivity, TraceShift, driver_emissivity};
 use super::margins::{Margin, MarginSamples, MarginStatistics, margins_of};
 use super::nominal::{Peak, Prediction};
@@ -46,6 +50,9 @@ pub struct Uncertainty {
     pub peaks: Vec<PeakSpread>,
     /// Margins to the temperature limits of the case; `None` without limits or completed members.
     pub margins: Option<MarginStatistics>,
+    /// Discretisation error of some members; `None` where the case states cells and steps or has no factors, and of a
+    /// part of a sweep.
+    pub discretisation_error: Option<SweepError>,
 }
 
 /// Members that failed for one reason.
@@ -192,8 +199,11 @@ pub fn uncertainty(
     let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, sampling.kind)
         .with_driver_emissivity(driver.as_ref(), sampling.seed);
     let watch = &mut |_: &SweepStatistics, ensemble: &Ensemble, traces: &Traces| watch(ensemble, traces);
-    gathered.march(case, plan, march, &sweep.ensemble(case), 0..members, watch)?;
-    Ok(gathered.results(nominal, &sampling, members))
+    let ensemble = sweep.ensemble(case);
+    gathered.march(case, plan, march, &ensemble, 0..members, watch)?;
+    let mut found = gathered.results(nominal, &sampling, members);
+    found.discretisation_error = sweep_error(case, plan, march.backend().precision, &ensemble, &march.monitor())?;
+    Ok(found)
 }
 
 impl SweepStatistics {
@@ -418,6 +428,7 @@ impl SweepStatistics {
             spreads: spreads.collect(),
             peaks: peaks.collect(),
             margins: self.margins.statistics(&self.limits_k, self.failed(), sampling.kind),
+            discretisation_error: None,
         }
     }
 }

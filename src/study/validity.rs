@@ -87,7 +87,7 @@ mod tests {
 
     fn estimate(nominal_k: f64, front_m: f64) -> ErrorEstimate {
         let front = GaugeError { gauge: Gauge::CharFront, error: front_m, tolerance: 1e-4 };
-        ErrorEstimate { tolerance_k: 0.05, nominal_k, corners_k: None, gauges: vec![front], rounding: None }
+        ErrorEstimate { gauges: vec![front], ..ErrorEstimate::of_temperature(nominal_k, 0.05) }
     }
 
     #[test]

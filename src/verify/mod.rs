@@ -2,15 +2,16 @@
 //!
 //! Groups of evidence: closed forms ([`exact`]), observed orders of accuracy ([`orders`]), other codes and standards,
 //! the same problems with adapted cells and steps, balances of heat and mass, certified least-squares problems
-//! ([`least_squares`]), limit states of known probability and designs of known optimum, and backends against each other
-//! ([`cross_backend`]). Each row names its reference and the source of its tolerance. A tolerance comes from the
-//! reference, never from the march.
+//! ([`least_squares`]), limit states of known probability and designs of known optimum, intervals of known truths, and
+//! backends against each other ([`cross_backend`]). Each row names its reference and the source of its tolerance. A
+//! tolerance comes from the reference, never from the march.
 //!
 //! Published figures are re-typed under `data/verification`. Cylinders and spheres are out of scope: the march is
 //! planar.
 
 mod adapted;
 mod balances;
+mod coverage;
 pub mod cross_backend;
 pub mod exact;
 pub mod least_squares;
@@ -43,14 +44,24 @@ pub enum Group {
     Balance,
     /// The minimiser against problems with known optima, and reliability and designs against known answers.
     Fit,
+    /// How often intervals contain a known truth.
+    Coverage,
     /// Backends, precisions and derivatives against the CPU in double precision.
     CrossBackend,
 }
 
 impl Group {
     /// Every group, in the order of the table.
-    pub const ALL: [Self; 7] =
-        [Self::Exact, Self::Orders, Self::Codes, Self::Adapted, Self::Balance, Self::Fit, Self::CrossBackend];
+    pub const ALL: [Self; 8] = [
+        Self::Exact,
+        Self::Orders,
+        Self::Codes,
+        Self::Adapted,
+        Self::Balance,
+        Self::Fit,
+        Self::Coverage,
+        Self::CrossBackend,
+    ];
 
     /// The group as printed.
     pub fn name(self) -> &'static str {
@@ -61,6 +72,7 @@ impl Group {
             Self::Adapted => "adapted",
             Self::Balance => "balance",
             Self::Fit => "fit",
+            Self::Coverage => "coverage",
             Self::CrossBackend => "cross-backend",
         }
     }
@@ -140,6 +152,7 @@ pub fn verification_rows(
                 rows.extend(reliability::reliability_rows());
                 rows.extend(optimal_design::optimal_design_rows());
             }
+            Group::Coverage => rows.extend(coverage::coverage_rows()?),
             Group::CrossBackend => rows.extend(cross_backend::cross_backend_rows(marches)?),
         }
     }

@@ -62,6 +62,11 @@ fn the_minimiser_meets_known_optima() {
 }
 
 #[test]
+fn intervals_contain_known_truths_as_often_as_they_say() {
+    passes(Group::Coverage);
+}
+
+#[test]
 fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
     let mut problem =
         all_problems().into_iter().find(|p| p.case.name() == "SFPE S.02 case 2, plate under a flux").expect("listed");

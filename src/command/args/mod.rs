@@ -236,7 +236,7 @@ pub enum Command {
         /// Print the table as JSON
         #[arg(long)]
         json: bool,
-        /// Only the rows of this group: exact, orders, codes, adapted, balance, fit or cross-backend
+        /// Only the rows of this group: exact, orders, codes, adapted, balance, fit, coverage or cross-backend
         #[arg(long)]
         group: Option<String>,
         #[command(flatten)]

@@ -17,6 +17,8 @@ struct DiscretisationError {
     tolerance_k: f64,
     nominal_k: f64,
     corners_k: Option<f64>,
+    corners: usize,
+    failed_corners: usize,
     /// What rounding in f32 adds to the nominal error; absent in f64.
     #[serde(skip_serializing_if = "Option::is_none")]
     rounding_k: Option<f64>,
@@ -41,6 +43,8 @@ impl DiscretisationError {
             tolerance_k: reached.tolerance_k,
             nominal_k: reached.nominal_k,
             corners_k: reached.corners_k,
+            corners: reached.corners,
+            failed_corners: reached.failed_corners,
             rounding_k: reached.rounding.as_ref().map(|rounding| rounding.nominal_k),
             gauges: gauges.collect(),
         }

@@ -48,9 +48,4 @@ impl ConfidenceInterval {
         let reach = NORMAL_95 * (scatter / (free - 3.0)).sqrt();
         Self { value, low: (value.atanh() - reach).tanh(), high: (value.atanh() + reach).tanh() }
     }
-
-    /// A rank correlation: the variance is larger by r²/2 (Bonett & Wright, Psychometrika 65, 2000).
-    pub(super) fn rank_correlation(value: f64, free: f64) -> Self {
-        Self::correlation(value, free, 1.0 + value * value / 2.0)
-    }
 }

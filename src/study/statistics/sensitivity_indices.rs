@@ -1,5 +1,6 @@
 //! Global sensitivity of an output to each factor: correlations, rank correlations, and Sobol indices.
 
+use super::correlation_scatter::{SampledRanks, scatter};
 use super::interval::{ConfidenceInterval, PairIndex};
 use super::polynomial_chaos::{PolynomialChaos, SobolIndices};
 use super::{Accumulator, GRADE_QUANTA, chunk_len};
@@ -51,7 +52,7 @@ impl Accumulator {
     /// indices are as defined in `polynomial_chaos.rs`.
     ///
     /// Confidence intervals of correlations assume independent members; stratified or quasi-random members scatter
-    /// less.
+    /// less. Their widths come from a sample of the members: see `correlation_scatter.rs`.
     pub fn sensitivity_indices(&self, are_independent: bool, second_order: Range<usize>) -> Vec<SensitivityIndices> {
         let expansion = PolynomialChaos::new(self, are_independent);
         let ranks = RankCorrelations::new(self);
@@ -70,21 +71,32 @@ impl Accumulator {
     fn output_indices(&self, output: usize, indices: SobolIndices, ranks: &RankCorrelations) -> SensitivityIndices {
         let (members, others) = (self.members as f64, self.factors().saturating_sub(1) as f64);
         let factors = 0..self.factors();
-        let correlations = factors
-            .clone()
-            .map(|factor| ConfidenceInterval::correlation(self.correlation(output, factor), members, 1.0));
+        let sampled = self.sample.members();
+        let values = centred_values(sampled.iter().map(|member| f64::from(member.outputs[output])));
+        let sampled_ranks = SampledRanks::new(sampled.iter().map(|member| member.outputs[output]));
+        let correlation = |factor: usize| {
+            let scatter = scatter(&ranks.sampled_values[factor], &values, None);
+            ConfidenceInterval::correlation(self.correlation(output, factor), members, scatter)
+        };
         let ranked = ranks.correlations(self, output);
+        let rank_correlation = |factor: usize| {
+            let scatter = scatter(&ranks.sampled_grades[factor], &sampled_ranks.ranks, Some(&sampled_ranks));
+            ConfidenceInterval::correlation(ranked[factor], members, scatter)
+        };
+        let residuals = ranks.residuals(&sampled_ranks.ranks);
         let partial = ranks.partial(&ranked);
+        let partial = partial.enumerate().map(|(factor, value)| {
+            let scatter = match (ranks.sampled_residuals.get(factor), residuals.get(factor)) {
+                (Some(of_factor), Some(of_rank)) => scatter(of_factor, of_rank, Some(&sampled_ranks)),
+                _ => 1.0,
+            };
+            ConfidenceInterval::correlation(value, members - others, scatter)
+        });
         let SobolIndices { first, total, second, unexplained: rest } = indices;
         SensitivityIndices {
-            correlations: correlations.collect(),
-            rank_correlations: ranked
-                .iter()
-                .map(|&value| ConfidenceInterval::rank_correlation(value, members))
-                .collect(),
-            partial_rank_correlations: partial
-                .map(|value| ConfidenceInterval::rank_correlation(value, members - others))
-                .collect(),
+            correlations: factors.clone().map(correlation).collect(),
+            rank_correlations: factors.clone().map(rank_correlation).collect(),
+            partial_rank_correlations: partial.collect(),
             shares: factors.map(|factor| self.squared_correlation_share(output, factor)).collect(),
             first,
             total,
@@ -94,6 +106,14 @@ impl Accumulator {
     }
 }
 
+/// Values less their mean.
+fn centred_values(values: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
+    let count = values.len() as f64;
+    let values: Vec<f64> = values.collect();
+    let mean = values.iter().sum::<f64>() / count;
+    values.into_iter().map(|value| value - mean).collect()
+}
+
 /// Rank correlations. The rank of a factor is its grade, the value of its distribution function; it needs no sorting
 /// and differs from the sample rank by chance alone. The rank of an output is the centre of its bin.
 struct RankCorrelations {
@@ -101,6 +121,11 @@ struct RankCorrelations {
     deviations: Vec<f64>,
     /// Inverse of the rank correlations among the factors; `None` where the matrix is singular.
     inverse: Option<DMatrix<f64>>,
+    /// Of the sampled members, factor × member, less their means: factors, grades, and residuals of grades in a
+    /// regression on those of the other factors; the last is empty where these determine one another.
+    sampled_values: Vec<Vec<f64>>,
+    sampled_grades: Vec<Vec<f64>>,
+    sampled_residuals: Vec<Vec<f64>>,
 }
 
 impl RankCorrelations {
@@ -117,7 +142,45 @@ impl RankCorrelations {
             if a == b { 1.0 } else { ratio_or_zero(product(a, b), both) }
         });
         let inverse = correlations.cholesky().map(|factored| factored.inverse());
-        Self { means, deviations, inverse }
+        let (factors, sampled) = (0..means.len(), accumulator.sample.members());
+        let of_members = |each: &dyn Fn(usize, f64) -> f64| -> Vec<Vec<f64>> {
+            let of = |factor: usize| centred_values(sampled.iter().map(|member| each(factor, member.factors[factor])));
+            factors.clone().map(of).collect()
+        };
+        let marginals = accumulator.basis.marginals();
+        let sampled_grades = of_members(&|factor, value| marginals[factor].cumulative(value));
+        let grades = DMatrix::from_fn(sampled.len(), means.len(), |member, factor| sampled_grades[factor][member]);
+        let residuals = covariance_inverse(&grades).map(|inverse| {
+            let residuals = &grades * &inverse;
+            // A row of the inverse covariance holds the slopes of a regression on the others, over its diagonal.
+            let of = |factor: usize| (residuals.column(factor) / inverse[(factor, factor)]).as_slice().to_vec();
+            factors.clone().map(of).collect()
+        });
+        Self {
+            means,
+            deviations,
+            inverse,
+            sampled_values: of_members(&|_, value| value),
+            sampled_residuals: residuals.unwrap_or_default(),
+            sampled_grades,
+        }
+    }
+
+    /// Of each factor the residuals of a variable of the sampled members in a regression on the grades of the other
+    /// factors; empty where these determine one another.
+    fn residuals(&self, variable: &[f64]) -> Vec<Vec<f64>> {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let slope = |residuals: &Vec<f64>| ratio_or_zero(dot(residuals, variable), dot(residuals, residuals));
+        let slopes: Vec<f64> = self.sampled_residuals.iter().map(slope).collect();
+        let mut left = variable.to_vec();
+        for (slope, grades) in slopes.iter().zip(&self.sampled_grades) {
+            left.iter_mut().zip(grades).for_each(|(left, grade)| *left -= slope * grade);
+        }
+        // Without the slope on the factor itself, its own residual remains.
+        let with_own = |(slope, residuals): (&f64, &Vec<f64>)| {
+            left.iter().zip(residuals).map(|(left, own)| left + slope * own).collect()
+        };
+        slopes.iter().zip(&self.sampled_residuals).map(with_own).collect()
     }
 
     /// Spearman correlation of an output with each factor; zero where either is constant.
@@ -151,6 +214,11 @@ impl RankCorrelations {
             None => f64::NAN,
         })
     }
+}
+
+/// Inverse of the covariance of columns with mean zero, times the number of rows; `None` where it is singular.
+fn covariance_inverse(columns: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    columns.tr_mul(columns).cholesky().map(|factored| factored.inverse())
 }
 
 /// A ratio; zero for a zero denominator.
