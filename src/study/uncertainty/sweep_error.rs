@@ -17,6 +17,8 @@ const EXTREME_SHARE: f64 = 0.01;
 /// Most extreme members, and number of others: SIMD groups in f64, few beside a sweep.
 const MAX_EXTREME: usize = 64;
 const OTHERS: usize = 16;
+/// First members from which the scatter of each peak is taken, to compare sensors.
+const SCALE_MEMBERS: usize = 1000;
 
 /// Estimated discretisation error of the members of a sweep, with rounding in f32: the largest of all readings and
 /// peaks, against the same members marched in f64 with twice the cells and steps.
@@ -25,7 +27,8 @@ const OTHERS: usize = 16;
 #[non_exhaustive]
 pub struct SweepError {
     /// The hundredth of the members, at most 64, whose peaks are farthest from the nominal ones by the derivatives of
-    /// the peaks at nominal factors, in units of the root mean square over the members: the largest over the sensors.
+    /// the peaks at nominal factors, in units of their root mean square over the first 1,000 members: the largest over
+    /// the sensors.
     pub extreme: MembersError,
     /// The first other members, at most 16.
     pub others: MembersError,
@@ -87,7 +90,7 @@ impl MembersError {
 }
 
 /// How far the peaks of each member are from the nominal ones, by their derivatives at nominal factors: the largest
-/// over the sensors, each in units of its root mean square over the members.
+/// over the sensors, each in units of its root mean square over the first members.
 fn extremeness(case: &Case, plan: &Plan, ensemble: &Ensemble) -> Result<Vec<f64>, MarchError> {
     let nominal = Ensemble::nominal(&case.factors);
     let factors: Vec<usize> = (0..case.factors.len()).collect();
@@ -99,23 +102,25 @@ fn extremeness(case: &Case, plan: &Plan, ensemble: &Ensemble) -> Result<Vec<f64>
     };
     let slopes: Vec<Vec<f64>> =
         (0..sensors).map(|sensor| factors.iter().map(|&factor| slope(sensor, factor)).collect()).collect();
+    let nominal = nominal.member(0);
     let changes = |member: usize| -> Vec<f64> {
-        let (values, nominal) = (ensemble.member(member), nominal.member(0));
+        let values = ensemble.member(member);
         let change = |slopes: &Vec<f64>| -> f64 {
             slopes.iter().zip(values.iter().zip(&nominal)).map(|(slope, (value, at))| slope * (value - at)).sum()
         };
         slopes.iter().map(change).collect()
     };
-    let changes: Vec<Vec<f64>> = (0..ensemble.len()).into_par_iter().map(changes).collect();
-    let mean_squares = (0..sensors).map(|sensor| {
-        let squares = changes.iter().map(|of| of[sensor] * of[sensor]);
-        squares.sum::<f64>() / changes.len() as f64
-    });
-    let scales: Vec<f64> =
-        mean_squares.map(|square| if square > 0.0 { square.sqrt() } else { f64::INFINITY }).collect();
-    let largest =
-        |of: &Vec<f64>| of.iter().zip(&scales).map(|(change, scale)| change.abs() / scale).fold(0.0, f64::max);
-    Ok(changes.iter().map(largest).collect())
+    let first: Vec<Vec<f64>> = (0..ensemble.len().min(SCALE_MEMBERS)).map(&changes).collect();
+    let scales: Vec<f64> = (0..sensors)
+        .map(|sensor| {
+            let mean_square = first.iter().map(|of| of[sensor] * of[sensor]).sum::<f64>() / first.len() as f64;
+            if mean_square > 0.0 { mean_square.sqrt() } else { f64::INFINITY }
+        })
+        .collect();
+    let largest = |member: usize| {
+        changes(member).iter().zip(&scales).map(|(change, scale)| change.abs() / scale).fold(0.0, f64::max)
+    };
+    Ok((0..ensemble.len()).into_par_iter().map(largest).collect())
 }
 
 #[cfg(test)]
