@@ -81,7 +81,7 @@ const HOMES: &[(&str, &[&str])] = &[
             "src/command/verify.rs",
         ],
     ),
-    ("sha2", &["src/case/input_files.rs"]),
+    ("sha2", &["src/case/input_files.rs", "src/report/html/content_policy.rs"]),
     ("twox_hash", &["src/study/checksum.rs"]),
     ("clap", &["src/command/args/", "src/command/mod.rs"]),
     ("clap_complete", &["src/command/args/mod.rs", "src/command/completions.rs"]),
