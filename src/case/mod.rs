@@ -138,6 +138,11 @@ impl Case {
         &self.limits
     }
 
+    /// Whether a sensor has a limit.
+    pub(crate) fn has_limit(&self, sensor: usize) -> bool {
+        self.limits.iter().any(|limit| limit.part == LimitedPart::Sensor(sensor))
+    }
+
     /// Name of the part that a limit is for: that of the ply or sensor; `INS2/GB` for an interface.
     pub fn limited_part(&self, limit: &TemperatureLimit) -> String {
         limit.part.name(&self.layup, &self.sensors)
