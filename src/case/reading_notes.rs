@@ -18,6 +18,16 @@ pub(crate) struct ReadingNotes {
     pub(super) drivers: Vec<SmoothedDriver>,
     /// The pyrometer that holds the hot face.
     pub(super) pyrometer_driver: Option<PyrometerDriver>,
+    pub(super) materials: OwnMaterials,
+}
+
+/// The material files of a case.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OwnMaterials {
+    /// Id of the material and path of the file, of those that a ply uses.
+    pub(super) used: Vec<(String, String)>,
+    /// Paths of the files in its folder of materials that no ply uses, by name.
+    pub(super) unused: Vec<(String, String)>,
 }
 
 impl PartialEq for ReadingNotes {
