@@ -30,7 +30,10 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
     ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Words in, calls of a session, text out: what it takes from other modules are options and answers.
-    ("command", &["case", "ensemble", "fit", "march", "plan", "report", "session", "study", "traces", "verify"]),
+    (
+        "command",
+        &["limits", "case", "ensemble", "fit", "march", "plan", "report", "session", "study", "traces", "verify"],
+    ),
 ];
 
 /// The files, or folders with a trailing slash, in which each crate is used.

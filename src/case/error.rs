@@ -1,6 +1,6 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
-use super::reading_notes::OwnMaterials;
+use super::own_materials::OwnMaterials;
 use super::recorded_channel::RecordedChannel;
 use super::renamed_key::RenamedKey;
 use crate::limits::LISTED_ERRORS;

@@ -21,6 +21,7 @@ mod layup;
 pub mod library;
 mod material;
 mod observation;
+mod own_materials;
 mod provenance;
 mod pyrometer;
 mod pyrometer_driver;

@@ -1,6 +1,7 @@
 //! What the reader of a case notes: old names of keys and values, and data that are not read.
 
 use super::error::Diagnostic;
+use super::own_materials::OwnMaterials;
 use super::pyrometer_driver::PyrometerDriver;
 use super::recorded_channel::RecordedChannel;
 use super::renamed_key::RenamedKey;
@@ -19,15 +20,6 @@ pub(crate) struct ReadingNotes {
     /// The pyrometer that holds the hot face.
     pub(super) pyrometer_driver: Option<PyrometerDriver>,
     pub(super) materials: OwnMaterials,
-}
-
-/// The material files of a case.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct OwnMaterials {
-    /// Id of the material and path of the file, of those that a ply uses.
-    pub(super) used: Vec<(String, String)>,
-    /// Paths of the files in its folder of materials that no ply uses, by name.
-    pub(super) unused: Vec<(String, String)>,
 }
 
 impl PartialEq for ReadingNotes {

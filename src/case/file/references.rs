@@ -8,7 +8,7 @@ use super::table_file::{ChosenColumn, Headings, TableChoice, TableFile, TimeColu
 use super::text_file::{parse_toml, parse_toml_file};
 use super::{gas, material};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation, unreadable_file_message};
-use crate::case::reading_notes::OwnMaterials;
+use crate::case::own_materials::OwnMaterials;
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Gas, Material, PyrometerDriver, SmoothedDriver, library};
