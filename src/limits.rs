@@ -134,6 +134,25 @@ pub const POSITIONS: Limit = Limit { quantity: "positions of a posterior (chains
 /// More threads than any machine has cores.
 pub const THREADS: Limit = Limit { quantity: "threads", max: 1024 };
 
+/// The variable that sets the threads of a process.
+const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
+
+/// Check the threads that the environment asks for: a number that is not understood would be ignored, and one without
+/// bound would be taken.
+///
+/// # Errors
+/// The variable is set, and is no number from 0, for as many threads as cores, to the limit.
+pub(crate) fn check_thread_variable() -> Result<(), String> {
+    let Some(set) = std::env::var_os(THREADS_VARIABLE) else { return Ok(()) };
+    let set = set.to_string_lossy();
+    let fault = |message: String| format!("{THREADS_VARIABLE}={set}: {message}");
+    let threads: f64 = match set.parse::<u128>() {
+        Ok(threads) => threads as f64,
+        Err(_) => return Err(fault("expected a number of threads".to_owned())),
+    };
+    THREADS.check(threads).map_err(fault)
+}
+
 impl Limit {
     /// Accept a number up to the limit.
     ///

@@ -52,7 +52,7 @@ output_interval = "2 s"
 "#;
 
 fn case() -> Case {
-    Case::from_toml(CASE, "pyrometers", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"))
+    Case::from_toml(CASE, "pyrometers", &BTreeMap::<String, String>::new()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn march() -> RichardsonMarch {
@@ -195,7 +195,7 @@ fn held_with_deviation(readings: &[(f64, f64)], face_emissivity: f64, deviation:
     let (_, after) = after.split_once("[[factor]]").expect("factors");
     let text = format!("{before}{face}[[factor]]{after}").replacen(EMISSIVITY, "heat_capacity\"\ngroup", 1);
     let pyrometers = text.lines().filter(|line| !line.contains("\"pyrometer\"")).collect::<Vec<_>>().join("\n");
-    Case::from_toml(&pyrometers, "held", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"))
+    Case::from_toml(&pyrometers, "held", &BTreeMap::<String, String>::new()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]
@@ -208,7 +208,8 @@ fn a_face_held_by_a_pyrometer_has_the_temperatures_of_the_test_that_it_looked_at
             1,
         )
         .replacen("output_interval = \"2 s\"", "output_interval = \"0.1 s\"", 1);
-    let truth = Case::from_toml(&text, "truth", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"));
+    let truth =
+        Case::from_toml(&text, "truth", &BTreeMap::<String, String>::new()).unwrap_or_else(|error| panic!("{error}"));
     let traces = |case: &Case| {
         let plan = adapt(case).expect("the processor does not fail");
         let traces = march().march(&plan, &Ensemble::from_values(2, vec![1.0, 1.0]), 0..1).expect("it marches");

@@ -124,8 +124,10 @@ fn defects_of_a_page_are_detected() {
     let asking = "<img src=\"http://127.0.0.1:9/picture.png\" alt=\"\">";
     let outside = format!("{wide}{asking}</main>{heavy}");
     let no_charts = ["console: ", "0 of ", "still images shown"];
+    let foreign = "<script>document.title = 'foreign'</script></main>";
     for (changes, expected) in [
-        (&[("id=\"charts\">{", "id=\"charts\">{{")] as &[(&str, &str)], &no_charts as &[&str]),
+        (&[("</main>", foreign)] as &[(&str, &str)], &["console: ", "inline"] as &[&str]),
+        (&[("id=\"charts\">{", "id=\"charts\">{{")], &no_charts),
         (&[("id=\"plotly\">", "id=\"plotly\">AAAA")], &[&no_charts[..], &["plotly.js none runs"]].concat()),
         (
             &[("</main>", &outside), ("@media print", "@media tv")],

@@ -30,7 +30,10 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
     ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit", "study"]),
     // Words in, calls of a session, text out: what it takes from other modules are options and answers.
-    ("command", &["case", "ensemble", "fit", "march", "plan", "report", "session", "study", "traces", "verify"]),
+    (
+        "command",
+        &["limits", "case", "ensemble", "fit", "march", "plan", "report", "session", "study", "traces", "verify"],
+    ),
 ];
 
 /// The files, or folders with a trailing slash, in which each crate is used.
@@ -82,7 +85,7 @@ const HOMES: &[(&str, &[&str])] = &[
             "src/command/verify.rs",
         ],
     ),
-    ("sha2", &["src/case/input_files.rs"]),
+    ("sha2", &["src/case/input_files.rs", "src/report/html/content_policy.rs"]),
     ("twox_hash", &["src/study/checksum.rs"]),
     ("clap", &["src/command/args/", "src/command/mod.rs"]),
     ("clap_complete", &["src/command/args/mod.rs", "src/command/completions.rs"]),

@@ -3,7 +3,6 @@
 use crate::errors;
 use crate::question::{self, Answers};
 use crate::work::Watch;
-use bondline::case::FileSource;
 use bondline::command::args::{Cli, Command, MarchArgs, convert};
 use bondline::session::{Options, PlanCache};
 use bondline::study::sweep_piece::fingerprint;
@@ -14,8 +13,7 @@ use numpy::{IntoPyArray, PyArray, PyArray1, PyArray3, PyArray4, PyArrayMethods, 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pythonize::pythonize;
-use std::collections::HashMap;
-use std::io::{self, ErrorKind};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
@@ -76,19 +74,6 @@ impl Case {
         let (open, result) = watch.run(py, report, run)??;
         *self.session.lock().unwrap_or_else(PoisonError::into_inner) = Some(open);
         result
-    }
-}
-
-/// The files that a case names, in memory.
-struct MemoryFiles(HashMap<String, Vec<u8>>);
-
-impl FileSource for MemoryFiles {
-    fn read(&self, path: &str) -> io::Result<Vec<u8>> {
-        self.0.get(path).cloned().ok_or_else(|| io::Error::from(ErrorKind::NotFound))
-    }
-
-    fn contains(&self, path: &str) -> bool {
-        self.0.contains_key(path)
     }
 }
 
@@ -154,10 +139,9 @@ impl Case {
     fn from_toml(
         text: &str,
         id: &str,
-        files: HashMap<String, Vec<u8>>,
+        files: BTreeMap<String, Vec<u8>>,
         overrides: Vec<(String, String)>,
     ) -> PyResult<Self> {
-        let files = MemoryFiles(files);
         let case = bondline::Case::from_toml_with(text, id, &files, &overrides);
         Ok(Self::new(case.map_err(|error| errors::case_error(&error))?))
     }

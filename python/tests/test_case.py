@@ -1,5 +1,10 @@
 """Cases from files, text and Python values."""
 
+import re
+import subprocess
+import sys
+import types
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +77,18 @@ def test_a_material_of_a_case_may_be_in_memory() -> None:
         bondline.Case.from_dict(values)
 
 
+@pytest.mark.parametrize("name", ["pyrogel3350", "nextel440-bf20", "nextel440_bf20", "saffil-96"])
+def test_a_material_in_memory_wins_over_one_of_the_database(name: str) -> None:
+    values = content()
+    values["ply"][0]["material"] = name
+    found = bondline.Case.from_dict(values, materials={name: MATERIAL})
+    built_in = bondline.Case.from_dict(values)
+    assert not np.array_equal(found.march([[1.0]]), built_in.march([[1.0]]))
+    values["ply"][0]["material"] = "mine"
+    mine = bondline.Case.from_dict(values, materials={"mine": MATERIAL})
+    assert np.array_equal(found.march([[1.0]]), mine.march([[1.0]]))
+
+
 def test_quantities_of_pint_and_arrays_of_numpy_are_values_of_a_case() -> None:
     pint = pytest.importorskip("pint")
     unit = pint.UnitRegistry()
@@ -131,6 +148,87 @@ def test_a_wrong_option_is_named(slab: bondline.Case) -> None:
         slab.estimate(nope=1)
     with pytest.raises(bondline.OptionError, match="at least 2 members"):
         slab.uncertainty(n=1)
+
+
+#: What each method of a case makes of the options of its command; all others are refused.
+SWEEP = {"sampling", "sampling-bounds", "seed"}
+DATA = {"sensors", "window"}
+FIT = {"bounds", "factors", "loss", "max-iterations", "minimiser", "prior", "profile", "start", "starts"}
+POSTERIOR = {"mcmc-iterations", "posterior", "walkers"}
+HONOURED = {
+    "predict": set(),
+    "observations": set(),
+    "uncertainty": SWEEP | {"keep", "until"},
+    "sensitivity": DATA | {"bounds", "method", "step"},
+    "estimate": DATA | FIT | POSTERIOR | {"seed"},
+    "study": SWEEP | DATA | FIT | POSTERIOR,
+    "size": SWEEP | {"limit", "ply", "probability", "thickness-range"},
+    "trade": SWEEP | {"limit", "ply", "probability", "size", "thickness-range"},
+    "design": SWEEP
+    | {"criterion", "estimate", "grid", "least-distance", "noise", "position-tolerance", "run-lengths", "sensors"}
+    | {"target", "worst"},
+    "history": DATA | {"bounds", "knots", "quantity", "smoothing"},
+    "twin": DATA | FIT | {"correlation-time", "noise", "seed", "study", "truth"},
+}
+
+
+@pytest.mark.parametrize("command", HONOURED)
+def test_every_option_of_a_command_has_its_effect_in_python_or_is_refused(
+    slab: bondline.Case, command: str
+) -> None:
+    words = [sys.executable, "-m", "bondline", command, "--help"]
+    text = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    options = set(re.findall(r"^ +(?:-[a-z], )?--([a-z-]+)", text, re.MULTILINE)) - {"help"}
+    assert options >= HONOURED[command] | {"set", "backend", "out"}
+    for option in sorted(options - HONOURED[command]):
+        with pytest.raises(bondline.OptionError, match=f"{option.replace('-', '_')} has no effect here: "):
+            slab._ask(bondline.Estimate, command, {option.replace("-", "_"): "1"}, False)
+
+
+def test_names_of_a_case_cannot_be_changed_by_accident(slab: bondline.Case) -> None:
+    for names in (slab.sensors, slab.factors, slab.estimated, slab.notes):
+        assert isinstance(names, tuple)
+
+
+def test_a_data_frame_goes_by_the_names_of_its_columns_and_other_names_are_refused(slab: bondline.Case) -> None:
+    x = np.array([[1.05, 0.97], [0.95, 1.02]])
+    frame = pandas.DataFrame(x, columns=list(slab.estimated))
+    turned = frame[frame.columns[::-1]]
+    assert np.array_equal(slab.march(turned), slab.march(x))
+    assert np.array_equal(slab.residuals(turned), slab.residuals(x))
+    assert np.array_equal(slab.log_prob(turned), slab.log_prob(x))
+    assert np.array_equal(slab.jacobian(turned[:1]), slab.jacobian(x[0]))
+    fitted: list[Callable[..., Any]] = [slab.residuals, slab.log_prob, slab.jacobian]
+    for function in fitted:
+        with pytest.raises(ValueError, match="expected the columns f_k, f_cp, found f_k"):
+            function(frame[["f_k"]])
+    twice = pandas.concat([frame, frame[["f_k"]]], axis=1)
+    array = pytest.importorskip("xarray").DataArray(x, dims=("member", "factor"))
+    marched: list[Callable[..., Any]] = [slab.march, slab.peaks, slab.tangents]
+    for function in marched + fitted:
+        with pytest.raises(ValueError, match="two columns have one name"):
+            function(twice)
+        for named in (array, frame.iloc[0]):
+            with pytest.raises(TypeError, match="expected a data frame whose columns are factors, or an array"):
+                function(named)
+
+
+def test_the_chains_of_arviz_are_the_walkers(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: dict[str, Any] = {}
+    arviz = types.ModuleType("arviz")
+    arviz.from_dict = lambda posterior: given.update(posterior)  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "arviz", arviz)
+    case = bondline.Case.load(CASES / "lamp-test").on(backend="cpu")
+    found = case.estimate(posterior=True, walkers=16, mcmc_iterations=60, seed=1)
+    found.to_arviz()
+    for place, name in enumerate(found.names):
+        chains = given[name]
+        assert chains.shape == (16, len(found.draws) // 16)
+        # The stored traces have every iteration of some walkers.
+        traces = found.record["posterior"]["chains"]
+        for walker, trace in zip(traces["walkers"], traces["values"][place], strict=True):
+            assert np.isin(chains[walker], trace).all()
+            assert not np.isin(chains[walker - 1], trace).all()
 
 
 def test_a_rare_probability_is_sampled_until_its_interval_is_narrow() -> None:

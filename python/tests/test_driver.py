@@ -1,6 +1,10 @@
 """The driver of Dakota and PEST++, and the server of UM-Bridge, give the numbers of the arrays."""
 
 import json
+import os
+import shutil
+import socket
+import subprocess
 import threading
 import urllib.error
 import urllib.request
@@ -47,6 +51,10 @@ def test_dakota_gets_values_and_exact_gradients(slab: bondline.Case) -> None:
         (("0.97 f_cp", "0.97 f_cq"), "no factor is called 'f_cq'"),
         (("2 functions", "x functions"), "expected a number and a heading, found 'x functions'"),
         (("1.02 f_k", "nan f_k"), "expected finite numbers"),
+        (("2 DVV_1", "0 DVV_1"), "derivatives by variable 0; expected a number from 1 to 2"),
+        (("2 DVV_1", "-1 DVV_1"), "derivatives by variable -1; expected a number from 1 to 2"),
+        (("2 DVV_1", "3 DVV_1"), "derivatives by variable 3; expected a number from 1 to 2"),
+        (("0.97 f_cp", "0.97 f_k"), "'f_k' is stated twice"),
     ],
 )
 def test_a_wrong_request_of_dakota_is_refused(slab: bondline.Case, changed: tuple[str, str], message: str) -> None:
@@ -75,6 +83,20 @@ def test_pest_reads_the_residuals_of_the_case(tmp_path: Path, capsys: pytest.Cap
     assert main([str(CASES / "lamp-test"), str(tmp_path / "par"), str(tmp_path / "out")]) == 1
     assert (tmp_path / "out").read_text() == "FAIL\n"
     assert "expected a name and a number, found 'f_k_INS many'" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="runs a script of a shell")
+def test_pest_runs_a_case_whose_path_has_blanks_and_quotes(tmp_path: Path) -> None:
+    case = tmp_path / "my 'lamp' test"
+    shutil.copytree(CASES / "lamp-test", case)
+    folder = tmp_path / "pest"
+    assert main(["--pest", str(folder), str(case)]) == 0
+    lines = (folder / "bondline.pst").read_text().splitlines()
+    command = lines[lines.index("* model command line") + 1]
+    (folder / "bondline.par").write_text("f_k_INS 1.1\n")
+    # As PEST++ does.
+    subprocess.run(command.split(" "), cwd=folder, check=True)
+    assert "residual_1 " in (folder / "bondline.out").read_text()
 
 
 @pytest.fixture
@@ -120,3 +142,58 @@ def test_um_bridge_names_what_is_wrong(address: str) -> None:
     ]
     for path, content, message in wrong:
         assert message in post(address, path, **content)["error"]["message"]
+
+
+def raw(address: str, request: bytes) -> bytes:
+    """What the server answers to these bytes."""
+    host, port = address.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=30) as connection:
+        connection.sendall(request)
+        found = b""
+        while part := connection.recv(1 << 16):
+            found += part
+            if b"}}" in found:
+                break
+    return found
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (b"[" * 100_000, "nested too deeply"),
+        (b'{"name": "peaks", "input": [[1e400, 1.0]]}', "expected 2 finite numbers"),
+        (b'{"name": "peaks", "input": [[1' + b"0" * 400 + b", 1.0]]}", "too large"),
+        (b'{"name": "peaks", "input": [[1' + b"0" * 9000 + b", 1.0]]}", ""),
+        (b'{"name": "peaks", "input": ' + b"[" * 900 + b"]" * 900 + b"}", ""),
+        (b'{"name": ["peaks"], "input": [[1.0, 1.0]]}', ""),
+        (b"{}", "name"),
+        (b"\xff\xfe", ""),
+        (b"", ""),
+    ],
+)
+def test_um_bridge_answers_whatever_it_is_sent(address: str, body: bytes, message: str) -> None:
+    head = f"POST /Evaluate HTTP/1.0\r\nContent-Length: {len(body)}\r\n\r\n".encode()
+    found = raw(address, head + body)
+    assert b'"error"' in found and message.encode() in found
+
+
+@pytest.mark.parametrize("length", ["-1", "many", "1" * 5000, str(1 << 40)])
+def test_um_bridge_refuses_a_length_that_is_none(address: str, length: str) -> None:
+    found = raw(address, f"POST /Evaluate HTTP/1.0\r\nContent-Length: {length}\r\n\r\n".encode())
+    assert b" 413 " in found and b"expected at most" in found
+
+
+def test_um_bridge_answers_others_while_a_client_stops_in_the_middle(
+    slab: bondline.Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bondline.umbridge, "TIME_OUT_S", 1.0)
+    server = bondline.umbridge.server(slab, port=0)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    address = f"http://127.0.0.1:{server.server_port}"
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=30) as silent:
+        silent.sendall(b"POST /Evaluate HTTP/1.0\r\nContent-Length: 100\r\n\r\n{")
+        assert "output" in post(address, "/Evaluate", name="peaks", input=[[1.0, 1.0]])
+        # The server ends the wait by itself.
+        assert silent.recv(1) == b""
+    server.shutdown()
+    server.server_close()

@@ -69,7 +69,7 @@ def test_the_density_of_the_posterior_is_zero_outside_the_bounds(slab: bondline.
 
 def test_members_of_a_sweep_have_the_percentiles_of_the_answer(slab: bondline.Case) -> None:
     found = slab.uncertainty(n=400, seed=3, keep="members")
-    assert np.array_equal(found.member_traces, slab.march(found.members[slab.factors]))
+    assert np.array_equal(found.member_traces, slab.march(found.members[list(slab.factors)]))
     median = found.percentiles.sel(percentile=50.0)
     assert np.abs(np.median(found.member_traces, axis=0) - median.to_numpy()).max() < 2.0
     assert found.members["completed"].all()

@@ -155,8 +155,8 @@ impl CaseBuilder {
     }
 
     fn check(&self, case: &FieldPath<'_>) {
-        case.not_blank("id", &self.id);
-        case.not_blank("name", &self.name);
+        case.name("id", &self.id);
+        case.one_line("name", &self.name);
         let has_depths = self.layup.check(&case.child("layup"));
         self.exposure.check(&case.child("exposure"));
         let layup = has_depths.then_some(&self.layup);

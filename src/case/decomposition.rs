@@ -130,7 +130,7 @@ pub struct Residue {
 
 impl Residue {
     fn check(&self, at: &FieldPath<'_>) {
-        at.not_blank("name", &self.name);
+        at.name("name", &self.name);
         self.heat_capacity.check(&at.child("heat_capacity"), Dimension::HeatCapacity);
         self.conductivity.check(&at.child("conductivity"));
         self.emissivity.check(&at.child("emissivity"), Dimension::Fraction);

@@ -1,6 +1,6 @@
 //! Scale factors: the parameters that are varied, estimated and uncertain.
 
-use super::validation::{FieldPath, checked_index, positive};
+use super::validation::{FieldPath, checked_index, checked_name, positive};
 
 /// A multiplier of one property of a group of plies, of the exposure or of a sensor depth.
 #[derive(Clone, Debug, PartialEq)]
@@ -259,7 +259,7 @@ impl Bounds {
 impl Factor {
     /// A name that `--set NAME=VALUE` and `--start NAME=VALUE,…` can parse.
     pub(super) fn checked_name(name: &str) -> Result<&str, String> {
-        if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
+        if checked_name(name)?.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
             return Ok(name);
         }
         Err(format!("invalid factor name {name:?}: expected letters, digits, `_` and `-`, such as \"f_k_INS\""))

@@ -49,7 +49,8 @@ impl Gas {
     }
 
     fn check(&self, at: &FieldPath<'_>) {
-        at.not_blank("id", &self.id);
+        at.name("id", &self.id);
+        at.one_line("name", &self.name);
         self.molar_mass.check(&at.child("molar_mass"), Dimension::MolarMass);
         let enthalpy = at.child("enthalpy");
         self.enthalpy.check(&enthalpy, Dimension::SpecificEnthalpy);

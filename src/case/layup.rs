@@ -2,7 +2,7 @@
 
 use super::material::Material;
 use super::pyrometer::Pyrometer;
-use super::validation::{FieldPath, UniqueNames, not_negative, positive};
+use super::validation::{FieldPath, UniqueNames, checked_name, not_negative, positive};
 use crate::limits::{PLIES, THICKNESS_RATIO};
 use std::sync::Arc;
 
@@ -42,8 +42,8 @@ impl Ply {
     }
 
     fn check(&self, at: &FieldPath<'_>) {
-        at.not_blank("name", &self.name);
-        at.not_blank("group", &self.group);
+        at.name("name", &self.name);
+        at.name("group", &self.group);
         at.positive("thickness_m", self.thickness_m);
         self.material.check(&at.child("material"));
     }
@@ -184,7 +184,8 @@ impl Sensor {
     /// A name that can be a column heading and a key of `[observations]`.
     pub(super) fn checked_name(name: &str) -> Result<&str, String> {
         let is_valid = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
-        if name.is_empty() || !is_valid || ["file", "sigma"].contains(&name) || name.ends_with("_sigma") {
+        let name = checked_name(name)?;
+        if !is_valid || ["file", "sigma"].contains(&name) || name.ends_with("_sigma") {
             let expected =
                 "expected letters, digits, `_`, `-` and `.`, such as \"TC1\", but not file, sigma or …_sigma";
             return Err(format!("invalid sensor name {name:?}: {expected}"));

@@ -30,10 +30,15 @@ pub fn material_ids() -> Vec<&'static str> {
     MATERIALS.iter().map(|(id, _)| *id).collect()
 }
 
-/// Id and TOML text of a built-in material; `-` equals `_` in the id.
+/// Whether two names are of one material or gas: `-` equals `_`, and capital letters equal small ones. File systems
+/// differ in the latter, and a case must not.
+pub(super) fn is_same_name(one: &str, other: &str) -> bool {
+    one.replace('-', "_").eq_ignore_ascii_case(&other.replace('-', "_"))
+}
+
+/// Id and TOML text of a built-in material.
 pub(super) fn material_toml(id: &str) -> Option<(&'static str, &'static str)> {
-    let id = id.replace('-', "_");
-    MATERIALS.iter().find(|(known, _)| *known == id).copied()
+    MATERIALS.iter().find(|(known, _)| is_same_name(known, id)).copied()
 }
 
 /// The ids of the built-in gases.
@@ -41,10 +46,9 @@ pub fn gas_ids() -> Vec<&'static str> {
     GASES.iter().map(|(id, _)| *id).collect()
 }
 
-/// Id and TOML text of a built-in gas; `-` equals `_` in the id.
+/// Id and TOML text of a built-in gas.
 pub(super) fn gas_toml(id: &str) -> Option<(&'static str, &'static str)> {
-    let id = id.replace('-', "_");
-    GASES.iter().find(|(known, _)| *known == id).copied()
+    GASES.iter().find(|(known, _)| is_same_name(known, id)).copied()
 }
 
 #[cfg(test)]

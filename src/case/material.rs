@@ -58,7 +58,8 @@ impl Material {
 
     /// Record all errors of the properties.
     pub(super) fn check(&self, at: &FieldPath<'_>) {
-        at.not_blank("id", &self.id);
+        at.name("id", &self.id);
+        at.one_line("name", &self.name);
         at.child("density_kg_m3").require(Table::checked_value(self.density_kg_m3, Dimension::Density));
         self.density_provenance.check(&at.child("density_provenance"));
         self.heat_capacity.check(&at.child("heat_capacity"), Dimension::HeatCapacity);

@@ -21,6 +21,7 @@ mod layup;
 pub mod library;
 mod material;
 mod observation;
+mod own_materials;
 mod provenance;
 mod pyrometer;
 mod pyrometer_driver;
@@ -68,6 +69,7 @@ pub use temperature_limit::{LimitedPart, TemperatureLimit};
 
 use input_files::InputFiles;
 use reading_notes::ReadingNotes;
+use std::sync::Arc;
 
 /// A layup, its exposure, sensors, scale factors and observations; validated and immutable.
 ///
@@ -136,6 +138,11 @@ impl Case {
     /// Temperature limits, at most one for each ply, interface and sensor.
     pub fn limits(&self) -> &[TemperatureLimit] {
         &self.limits
+    }
+
+    /// Whether a sensor has a limit.
+    pub(crate) fn has_limit(&self, sensor: usize) -> bool {
+        self.limits.iter().any(|limit| limit.part == LimitedPart::Sensor(sensor))
     }
 
     /// Name of the part that a limit is for: that of the ply or sensor; `INS2/GB` for an interface.
@@ -220,6 +227,17 @@ impl Case {
     /// face; a case from a builder has none.
     pub fn pyrometer_driver(&self) -> Option<&PyrometerDriver> {
         self.reading_notes.pyrometer_driver.as_ref()
+    }
+
+    /// Where a material of the case is from: `materials/felt.toml`, or `built in`; `None` if it was made from values.
+    pub fn material_origin(&self, material: &Material) -> Option<&str> {
+        let mut own = self.reading_notes.materials.used.iter();
+        if let Some((_, path)) = own.find(|(id, _)| *id == material.id) {
+            return Some(path);
+        }
+        let material = Arc::new(material.clone()).without_decomposition();
+        let built_in = Material::named(&material.id).ok().map(|found| Arc::new(found).without_decomposition());
+        (built_in == Some(material)).then_some("built in")
     }
 
     /// The files that the case was read from; none if it was built from values.

@@ -1,6 +1,7 @@
 //! What the reader of a case notes: old names of keys and values, and data that are not read.
 
 use super::error::Diagnostic;
+use super::own_materials::OwnMaterials;
 use super::pyrometer_driver::PyrometerDriver;
 use super::recorded_channel::RecordedChannel;
 use super::renamed_key::RenamedKey;
@@ -18,6 +19,7 @@ pub(crate) struct ReadingNotes {
     pub(super) drivers: Vec<SmoothedDriver>,
     /// The pyrometer that holds the hot face.
     pub(super) pyrometer_driver: Option<PyrometerDriver>,
+    pub(super) materials: OwnMaterials,
 }
 
 impl PartialEq for ReadingNotes {

@@ -203,6 +203,9 @@ const UNITS: &[Unit] = &[
     ("min", 60.0, [0, 0, 1, 0, 0]),
     ("h", 3600.0, [0, 0, 1, 0, 0]),
     ("hr", 3600.0, [0, 0, 1, 0, 0]),
+    ("d", 86_400.0, [0, 0, 1, 0, 0]),
+    ("day", 86_400.0, [0, 0, 1, 0, 0]),
+    ("days", 86_400.0, [0, 0, 1, 0, 0]),
     ("K", 1.0, [0, 0, 0, 1, 0]),
     ("degC", 1.0, [0, 0, 0, 1, 0]),
     ("°C", 1.0, [0, 0, 0, 1, 0]),
@@ -282,6 +285,7 @@ pub fn parse_quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
 /// A message with the expected quantity, if the unit is unknown or of another dimension.
 pub fn unit_conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String> {
     let expected = dimension.name_and_example();
+    let unit = canonical(unit);
     let (scale, powers) = compound_unit(unit).map_err(|reason| format!("{reason}: expected {expected}"))?;
     if powers != dimension.exponents() {
         let hint = intended_unit(unit, dimension)
@@ -303,7 +307,20 @@ pub fn unit_conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), S
 
 /// Whether a text is a unit of any dimension.
 pub(crate) fn is_unit(text: &str) -> bool {
-    compound_unit(text).is_ok()
+    compound_unit(canonical(text)).is_ok()
+}
+
+/// Degrees as loggers write them, `Deg C` or `degrees Fahrenheit`, as the unit of the list.
+fn canonical(unit: &str) -> &str {
+    let plain = unit.to_lowercase().replace([' ', '.', '_'], "");
+    let scale = ["degrees", "degree", "deg", "°"].into_iter().find_map(|word| plain.strip_prefix(word));
+    match scale.unwrap_or(&plain) {
+        "celsius" => "degC",
+        "fahrenheit" => "degF",
+        "c" if scale.is_some() => "degC",
+        "f" if scale.is_some() => "degF",
+        _ => unit,
+    }
 }
 
 /// The correct form of a unit such as `W/m^2 K`, which reads as (W/m²)·K.

@@ -46,6 +46,26 @@ pub(super) fn not_blank(text: &str) -> Result<&str, String> {
     if text.trim().is_empty() { Err("expected text, found none".to_owned()) } else { Ok(text) }
 }
 
+/// Text of one line, such as a title: a line feed would print a line that looks like one of the program.
+pub(super) fn one_line(text: &str) -> Result<&str, String> {
+    if not_blank(text)?.contains(char::is_control) {
+        return Err(format!("expected one line without control characters, found {text:?}"));
+    }
+    Ok(text)
+}
+
+/// A name that the user chooses, which tables have in cells and headings.
+pub(super) fn checked_name(text: &str) -> Result<&str, String> {
+    if one_line(text)?.trim_start().starts_with(['=', '+', '-', '@']) {
+        return Err(format!(
+            "expected a name that no spreadsheet takes for a formula, without {:?} at its start, \
+             found {text:?}",
+            &text.trim_start()[..1]
+        ));
+    }
+    Ok(text)
+}
+
 /// An index into a list of `count` items.
 pub(super) fn checked_index(index: usize, count: usize, noun: &str) -> Result<usize, String> {
     if index < count { Ok(index) } else { Err(format!("expected a {noun} index below {count}, found {index}")) }
@@ -133,5 +153,13 @@ impl<'a> FieldPath<'a> {
 
     pub(super) fn not_blank(&self, name: &str, text: &str) {
         self.child(name).require(not_blank(text));
+    }
+
+    pub(super) fn one_line(&self, name: &str, text: &str) {
+        self.child(name).require(one_line(text));
+    }
+
+    pub(super) fn name(&self, name: &str, text: &str) {
+        self.child(name).require(checked_name(text));
     }
 }

@@ -3,6 +3,7 @@
 use super::error::CaseError;
 use super::exposure::{Emissivity, Face};
 use super::input_files::InputFiles;
+use super::library::is_same_name;
 use super::{Case, Conductivity, EstimationSettings, Material};
 use std::sync::Arc;
 
@@ -13,13 +14,19 @@ impl Case {
         (0..plies.len()).filter(|&ply| plies[ply].belongs_to(group)).collect()
     }
 
-    /// A material by its id: of a ply of this case, else of the database; `-` equals `_`.
+    /// A material by its id: of a ply of this case, else of the database.
     ///
     /// # Errors
-    /// The id is unknown; the message suggests a similar one or lists the known ones.
-    pub(crate) fn material_named(&self, id: &str) -> Result<Arc<Material>, CaseError> {
-        let own = self.layup.plies.iter().map(|ply| &ply.material).find(|own| own.id == id.replace('-', "_"));
-        own.map_or_else(|| Material::named(id).map(Arc::new), |own| Ok(own.clone()))
+    /// The id is unknown; or it is that of a file of the case that no ply uses, and which was not read.
+    pub(crate) fn material_named(&self, id: &str) -> Result<Arc<Material>, String> {
+        let plies = self.layup.plies.iter().map(|ply| &ply.material);
+        if let Some(own) = plies.into_iter().find(|own| is_same_name(&own.id, id)) {
+            return Ok(own.clone());
+        }
+        if let Some((_, path)) = self.reading_notes.materials.unused.iter().find(|(name, _)| is_same_name(name, id)) {
+            return Err(format!("{path} is a material of the case that no ply is of: give it to a ply of the case"));
+        }
+        Material::named(id).map(Arc::new).map_err(|error| error.to_string())
     }
 
     /// The case with other materials of some plies. They are inert if all plies of the case are.

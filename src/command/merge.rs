@@ -2,7 +2,7 @@
 
 use crate::command::args::{MergeArgs, convert};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
-use crate::command::run::{exit_reason, output_text, print_renamed_keys, too_many_failed};
+use crate::command::run::{exit_reason, output_text, print_renamed_files, print_renamed_keys, too_many_failed};
 use crate::report::files::{OutputFolder, check_writable};
 use crate::session::{self, MissingMembers};
 use crate::study::sweep_piece::equal_piece;
@@ -24,7 +24,9 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
     let mut folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;
     folder.set_figure_formats(convert::figure_formats(&merge.format));
-    let text = output_text(&answers.report(&folder)?, merge.json, || Ok(answers.summary()))?;
+    let files = answers.report(&folder)?;
+    print_renamed_files(&folder);
+    let text = output_text(&files, merge.json, || Ok(answers.summary()))?;
     let failure = answers
         .uncertainty
         .as_ref()

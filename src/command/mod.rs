@@ -28,6 +28,7 @@ mod twin;
 mod uncertainty;
 mod verify;
 
+use crate::limits::check_thread_variable;
 use args::{Cli, Command, convert, renamed};
 use clap::Parser;
 use exit::{Failure, Output};
@@ -37,8 +38,13 @@ use uncertainty::Part;
 /// Run the command with its words, the first of which is its name, and return the exit code.
 pub fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
     let (arguments, notes) = renamed::replace_old_names(words);
-    for note in notes {
-        terminal::print_error(&note);
+    let is_quiet = arguments.iter().any(|word| word == "-q" || word == "--quiet");
+    for note in notes.iter().filter(|_| !is_quiet) {
+        terminal::print_error(note);
+    }
+    if let Err(message) = check_thread_variable() {
+        terminal::print_error(&format!("bondline: {message}"));
+        return 2;
     }
     let (printed, failure) = match Cli::try_parse_from(arguments).map(run) {
         Err(error) if error.use_stderr() => {

@@ -27,6 +27,7 @@ pub(crate) struct Run {
     pub cancel: CancelToken,
     progress: MarchProgress,
     json: bool,
+    is_quiet: bool,
 }
 
 impl Run {
@@ -63,7 +64,7 @@ impl Run {
         let progress = MarchProgress::new(args.march.quiet);
         let cancel = token_of_signals();
         let session = open_session(args, case, resumable.as_ref(), &cancel, &progress)?;
-        Ok(Self { session, folder, resumable, cancel, progress, json: args.json })
+        Ok(Self { session, folder, resumable, cancel, progress, json: args.json, is_quiet: args.march.quiet })
     }
 
     /// Remove the progress bar.
@@ -75,6 +76,9 @@ impl Run {
     pub(crate) fn finish(self, failure: Option<String>) -> Result<Output, Failure> {
         self.clear_progress();
         let files = self.session.report(&self.folder)?;
+        if !self.is_quiet {
+            print_renamed_files(&self.folder);
+        }
         let stopped = self.session.answers().and_then(stop_reason);
         if let (Some(resumable), None) = (&self.resumable, &stopped) {
             resumable.remove()?;
@@ -194,11 +198,21 @@ pub fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &MarchArgs)
 /// The case, with the changes by `--set`.
 pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
     let case = Case::load_with(path, &convert::sets(&march.sets)?)?;
-    print_renamed_keys(case.renamed_keys());
-    for note in case.unread_data() {
-        print_error(&format!("note: {note}"));
+    if !march.quiet {
+        print_renamed_keys(case.renamed_keys());
+        for note in case.unread_data() {
+            print_error(&format!("note: {note}"));
+        }
     }
     Ok(case)
+}
+
+/// Print a note on every file of the user that got another name.
+pub(crate) fn print_renamed_files(folder: &OutputFolder) {
+    for (own, path) in folder.renamed() {
+        let name = path.file_name().unwrap_or_default().display();
+        print_error(&format!("note: {} is no file of a report and was kept as {name}", own.display()));
+    }
 }
 
 /// Print a note on every old name in a file.

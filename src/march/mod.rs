@@ -47,7 +47,7 @@ impl Precision {
 pub struct Backend {
     /// The device: `AMD EPYC, 2 threads`, `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub name: String,
-    /// `cpu` or `gpu`.
+    /// `cpu`, `gpu`, or `software` for a Vulkan device that runs on the CPU.
     pub kind: &'static str,
     /// The driver of a device, and its version; `None` for the CPU.
     pub driver: Option<String>,

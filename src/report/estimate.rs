@@ -13,7 +13,7 @@ use super::files::json::JsonObject;
 use super::files::table::NamedFile;
 use super::format::clause;
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::{Column, aligned, head, wrap};
+use super::terminal::{Column, aligned, head, more, with_needed, wrap};
 use super::{ReportError, format};
 use crate::fit::RobustLoss;
 use crate::study::answers::Answers;
@@ -290,11 +290,14 @@ fn on_screen(answers: &Answers, outcome: &ParameterEstimates, room: &ScreenLimit
     let [name, at_bound] = [(0, 20), (2, 0)].map(|(gap, width)| Column::Left { gap, width });
     let [start, estimate, error, interval] = [8, 10, 10, 20].map(Column::Right);
     let mut lines = aligned([name, start, estimate, error, interval, at_bound], &rows);
+    let hidden = |count: usize| count.saturating_sub(room.factors);
+    lines.extend(more(hidden(outcome.factors.len()), "factor"));
     for profile in outcome.profiles.iter().take(room.factors) {
         let estimand = &outcome.factors[profile.factor];
         let within = format::profile_interval(profile.interval, estimand.bounds);
         lines.push(format!("{}: 95 % profile interval {within}", estimand.factor.name));
     }
+    lines.extend(more(hidden(outcome.profiles.len()), "profile interval"));
     if let Some(drawn) = &answers.posterior {
         for (marginal, estimand) in drawn.marginals.iter().zip(&outcome.factors).take(room.factors) {
             let ((low, high), name) = (marginal.interval, &estimand.factor.name);
@@ -303,13 +306,21 @@ fn on_screen(answers: &Answers, outcome: &ParameterEstimates, room: &ScreenLimit
         lines.push(posterior::mcmc_summary_line(drawn));
         lines.extend(posterior::predicted_peak(answers, drawn).map_or(Vec::new(), |text| wrap("", &text)));
     }
-    for (name, (before, after)) in answers.misfits(outcome).into_iter().take(room.misfits) {
+    let misfits = answers.misfits(outcome);
+    let limited: Vec<bool> = answers
+        .fits(outcome)
+        .flat_map(|(case, fitted)| fitted.sensors.iter().map(move |&sensor| case.has_limit(sensor)))
+        .collect();
+    let shown = with_needed(0..misfits.len(), room.misfits, |&place| limited[place]);
+    let left_out = misfits.len() - shown.len();
+    for (name, (before, after)) in shown.into_iter().map(|place| &misfits[place]) {
         lines.push(format!(
             "{name}: RMSE {} nominal, {} estimated",
             format::temperature_difference(before.rms_k),
             format::temperature_difference(after.rms_k)
         ));
     }
+    lines.extend(more(left_out, "sensor"));
     // Least squares is the default; only another objective is described.
     let is_plain = outcome.loss == RobustLoss::Squares && outcome.prior.is_none();
     let named = (!is_plain).then(|| objective_definition(outcome));

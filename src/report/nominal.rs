@@ -59,7 +59,8 @@ impl Reportable for Prediction {
         if room.has_leading_result {
             return gas;
         }
-        let sensors = room.sensors - if room.is_shared { gas.len().min(2) } else { 0 };
+        let used = if room.is_shared { gas.len().min(2) } else { 0 };
+        let sensors = room.sensors.saturating_sub(used).max(1);
         let mut lines = match &answers.uncertainty {
             Some(outcome) => uncertainty::lines(answers, outcome, sensors, room),
             None => table_on_screen(answers, self, sensors),

@@ -9,7 +9,7 @@ use super::files::json::JsonObject;
 use super::files::table::{CsvTable, NamedFile};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::{Column, aligned, head, wrap};
+use super::terminal::{Column, aligned, head, more, with_needed, wrap};
 use super::{ReportError, format};
 use crate::case::Observation;
 use crate::study::answers::Answers;
@@ -66,13 +66,14 @@ impl Reportable for ObservationCheck {
 
     fn screen(&self, answers: &Answers, room: &ScreenLimits) -> Vec<String> {
         let mut rows = vec![head(["sensor", "samples", "gaps", "every", "noise", "first", "last", "range, K"])];
-        rows.extend(self.channels.iter().take(room.sensors).map(|channel| screen_row(answers, channel)));
+        let shown = with_needed(0..self.channels.len(), room.sensors, |&channel| {
+            answers.case.has_limit(self.channels[channel].sensor)
+        });
+        rows.extend(shown.iter().map(|&channel| screen_row(answers, &self.channels[channel])));
         let [samples, gaps, every, noise, first, last, range] = [8, 5, 11, 9, 9, 9, 19].map(Column::Right);
         let name = Column::Left { gap: 0, width: 10 };
         let mut lines = aligned([name, samples, gaps, every, noise, first, last, range], &rows);
-        if let Some(hidden @ 1..) = self.channels.len().checked_sub(room.sensors) {
-            lines.push(format!("{} in report.html", format::counted(hidden, "more sensor")));
-        }
+        lines.extend(more(self.channels.len() - shown.len(), "sensor"));
         lines.extend(wrap("", &resampling(answers, self)));
         lines.extend(plot(answers, self).lines().map(str::to_owned));
         lines

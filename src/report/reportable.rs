@@ -165,3 +165,12 @@ pub(super) struct ScreenLimits {
     /// Whether a result other than the prediction comes first.
     pub has_leading_result: bool,
 }
+
+impl ScreenLimits {
+    /// Fewer rows of each kind, but at least one.
+    pub(super) fn with_fewer(&self, rows: usize) -> Self {
+        let fewer = |most: usize| most.saturating_sub(rows).max(1);
+        let [sensors, factors, misfits] = [self.sensors, self.factors, self.misfits].map(fewer);
+        Self { sensors, factors, misfits, ..*self }
+    }
+}

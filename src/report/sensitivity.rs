@@ -12,7 +12,7 @@ use super::files::tables::{factor_columns, header};
 use super::format::clause;
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
-use super::terminal::{Column, aligned, head, wrap};
+use super::terminal::{Column, aligned, head, more, wrap};
 use super::warnings::ILL_CONDITIONED;
 use super::{ReportError, format};
 use crate::case::Case;
@@ -152,7 +152,9 @@ fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &ScreenLimits
         ]);
     }
     let [name, scales] = [(0, 20), (2, 0)].map(|(gap, width)| Column::Left { gap, width });
-    aligned([name, Column::Right(14), scales], &rows)
+    let mut lines = aligned([name, Column::Right(14), scales], &rows);
+    lines.extend(more(outcome.all.factors.len().saturating_sub(room.factors), "factor"));
+    lines
 }
 
 fn sensitivities(case: &Case, outcome: &Sensitivity) -> Result<NamedFile, ReportError> {

@@ -31,36 +31,68 @@ pub fn screen(answers: &Answers) -> String {
     } else {
         ScreenLimits { sensors: 8, factors: 8, misfits: 4, is_shared: false, has_leading_result: is_led }
     };
-    lines.extend(each.iter().flat_map(|answer| answer.screen(answers, &room)));
+    let warnings = warnings::all(answers);
+    // Warnings that do not fit need a line that counts them.
+    let available = LINES - usize::from(!warnings.is_empty());
+    let results = |room: &ScreenLimits| each.iter().flat_map(|answer| answer.screen(answers, room)).collect::<Vec<_>>();
+    let mut found = results(&room);
+    for fewer in 1..=room.misfits {
+        if lines.len() + found.len() <= available {
+            break;
+        }
+        found = results(&room.with_fewer(fewer));
+    }
+    lines.extend(found);
+    if let Some(hidden @ 1..) = lines.len().checked_sub(available) {
+        lines.truncate(available - 1);
+        lines.push(format!("{} in report.html", format::counted(hidden + 1, "more line")));
+    }
     // These lines are on the page too; they must not displace the termination of an estimate.
     let last: Vec<String> = each.iter().flat_map(|answer| answer.screen_footer(answers)).collect();
     if lines.len() + last.len() < LINES {
         lines.extend(last);
     }
-    let warnings = warnings::all(answers);
-    let left = LINES.saturating_sub(lines.len());
+    let left = LINES - lines.len();
     let mut shown = Vec::new();
     for (index, warning) in warnings.iter().enumerate() {
         let wrapped = wrap("! ", warning);
         let reserved = if index + 1 == warnings.len() { 0 } else { 1 };
         if shown.len() + wrapped.len() + reserved > left {
             shown.truncate(left.saturating_sub(1));
-            shown.push(format!("! {} in report.html", format::counted(warnings.len() - index, "more warning")));
+            let noun = if index == 0 { "warning" } else { "more warning" };
+            shown.push(format!("! {} in report.html", format::counted(warnings.len() - index, noun)));
             break;
         }
         shown.extend(wrapped);
     }
     lines.extend(shown);
-    lines.truncate(LINES);
     lines.iter().map(|line| truncate_line(line) + "\n").collect()
 }
 
-/// The deepest sensors, at most `most`, and a line that counts the others.
-pub(super) fn shown_sensors(answers: &Answers, most: usize) -> (std::ops::Range<usize>, Option<String>) {
+/// The sensors with a limit and the deepest ones, at most `most` if fewer have a limit, and a line that counts the
+/// others.
+pub(super) fn shown_sensors(answers: &Answers, most: usize) -> (Vec<usize>, Option<String>) {
     let sensors = answers.case.sensors.len();
-    let hidden = sensors.saturating_sub(most);
-    let others = (hidden > 0).then(|| format!("{} in report.html", format::counted(hidden, "shallower sensor")));
-    (hidden..sensors, others)
+    let shown = with_needed((0..sensors).rev(), most, |&sensor| answers.case.has_limit(sensor));
+    let others = more(sensors - shown.len(), "sensor");
+    (shown, others)
+}
+
+/// The needed places, and the first of the others up to `most` in all, in ascending order.
+pub(super) fn with_needed(
+    places: impl Iterator<Item = usize>,
+    most: usize,
+    is_needed: impl Fn(&usize) -> bool,
+) -> Vec<usize> {
+    let (mut shown, others): (Vec<usize>, Vec<usize>) = places.partition(is_needed);
+    shown.extend(others.into_iter().take(most.saturating_sub(shown.len())));
+    shown.sort_unstable();
+    shown
+}
+
+/// A line that counts what is left out; `None` if nothing is.
+pub(super) fn more(hidden: usize, noun: &str) -> Option<String> {
+    (hidden > 0).then(|| format!("{} in report.html", format::counted(hidden, &format!("more {noun}"))))
 }
 
 /// A column of a table on the screen.
@@ -196,6 +228,62 @@ mod tests {
             assert!(screen.contains(" 1,209,600 s "), "{screen}");
             assert!(!screen.contains(")1,209,600"), "{screen}");
         }
+    }
+
+    /// The case with ten more sensors between the first two, of which one has a limit.
+    fn with_more_sensors() -> fixture::StudyFixture {
+        let mut outcomes = fixture::outcomes();
+        for number in 0..10 {
+            let sensor = outcomes.case.sensors[0].clone();
+            let name = if number == 3 { "LIMITED".to_owned() } else { format!("T{number}") };
+            let depth_m = sensor.depth_m + 1e-6 * f64::from(number);
+            outcomes.case.sensors.insert(1, crate::case::Sensor { name, depth_m, ..sensor });
+        }
+        let limited = outcomes.case.sensors.iter().position(|sensor| sensor.name == "LIMITED").expect("it is there");
+        let part = crate::case::LimitedPart::Sensor(limited);
+        outcomes.case.limits = vec![crate::case::TemperatureLimit { part, limit_k: 400.0 }];
+        outcomes
+    }
+
+    #[test]
+    fn sensors_that_are_left_out_are_counted_and_one_with_a_limit_is_none_of_them() {
+        let outcomes = with_more_sensors();
+        let (shown, others) = shown_sensors(&outcomes.answers("predict"), 4);
+        let names: Vec<&str> = shown.iter().map(|&sensor| outcomes.case.sensors[sensor].name.as_str()).collect();
+        assert_eq!(names, ["LIMITED", "TC2", "TC3", "TC4"]);
+        assert_eq!(others.as_deref(), Some("10 more sensors in report.html"));
+    }
+
+    /// Numbers of warnings shown in full or counted, whatever else the screen has to show.
+    #[test]
+    fn every_warning_is_shown_or_counted_however_full_the_screen_is() {
+        for command in ["predict", "uncertainty", "sensitivity", "estimate", "study"] {
+            for remarks in [1, 2, 30] {
+                let mut outcomes = fixture::outcomes().charring();
+                outcomes.case.name = "a name that goes on and on ".repeat(8);
+                outcomes.backend.name = "a device ".repeat(60);
+                let mut answers = outcomes.answers(command);
+                answers.run.remarks = (0..remarks).map(|number| format!("Remark {number}.")).collect();
+                let screen = screen(&answers);
+                let all = warnings::all(&answers).len();
+                let counted = screen.lines().find_map(|line| {
+                    let (number, _) = line.strip_prefix("! ")?.split_once(" in report.html")?.0.split_once(' ')?;
+                    number.parse::<usize>().ok()
+                });
+                let shown = screen.lines().filter(|line| line.starts_with("! ")).count();
+                let total = counted.map_or(shown, |more| shown - 1 + more);
+                assert_eq!(total, all, "{command}, {remarks}:\n{screen}");
+                assert!(screen.lines().count() <= LINES, "{screen}");
+            }
+        }
+    }
+
+    #[test]
+    fn results_that_do_not_fit_are_counted() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.backend.name = "a device ".repeat(200);
+        let screen = screen(&outcomes.answers("study"));
+        assert!(screen.contains(" more lines in report.html\n"), "{screen}");
     }
 
     #[test]

@@ -228,7 +228,7 @@ pub(super) fn check_same_sweep(
 /// What makes two pieces parts of different sweeps, with its value in each: case, samples, backend or nominal march.
 pub(super) fn difference(piece: &Piece, first: &Piece) -> Option<(&'static str, String, String)> {
     let pair = |what, word: &dyn Fn(&Piece) -> String| Some((what, word(piece), word(first)));
-    if (&piece.case.id, &piece.case.fingerprint) != (&first.case.id, &first.case.fingerprint) {
+    if piece.case.fingerprint != first.case.fingerprint {
         return pair("cases", &|piece| format!("{} ({})", piece.case.id, piece.case.fingerprint));
     }
     if piece.draw != first.draw {
@@ -250,7 +250,7 @@ pub(super) fn difference(piece: &Piece, first: &Piece) -> Option<(&'static str, 
 fn march_backend(part: &Piece, name: String) -> Backend {
     Backend {
         name,
-        kind: if part.backend.kind == "gpu" { "gpu" } else { "cpu" },
+        kind: ["gpu", "software"].into_iter().find(|kind| *kind == part.backend.kind).unwrap_or("cpu"),
         driver: part.run.driver.clone(),
         precision: if part.backend.precision == "f32" { Precision::F32 } else { Precision::F64 },
     }

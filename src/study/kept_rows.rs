@@ -33,7 +33,7 @@ impl KeptRows {
         options: &str,
         (columns, requested): (usize, Option<usize>),
     ) -> Self {
-        let cases: Vec<String> = cases.map(|case| format!("case {} ({})", case.id, fingerprint(case))).collect();
+        let cases: Vec<String> = cases.map(|case| format!("case {}", fingerprint(case))).collect();
         let backend = format!("{} {}", backend.kind, backend.precision.name());
         let version = format!("version {} {}", run.version, run.commit.as_deref().unwrap_or_default());
         let study = format!("{}, {backend}, {}, {options}", cases.join(", "), version.trim_end());

@@ -16,6 +16,7 @@ use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::march;
 use crate::traces::{Balance, GaugePeak, MemberStatus, Peak, Traces};
 use serde::{Deserialize, Serialize, Serializer};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
 use std::ops::Range;
@@ -333,9 +334,25 @@ pub fn file_name(case: &str, members: &Range<usize>) -> String {
 }
 
 /// Hash of the case's content, including changes by `--set`: XXH3 of its JSON with sorted keys. Numbers are written
-/// exactly. It detects mistakes, not tampering.
+/// exactly. The name of its folder, its title and notes are left out: no result depends on them. It detects mistakes,
+/// not tampering.
 pub fn fingerprint(case: &Case) -> String {
     // `serde_json::Value` sorts its keys, so the order of fields in the source does not matter.
-    let content = serde_json::to_value(case).expect("a case is made of numbers, texts, lists and maps of texts");
+    let mut content = serde_json::to_value(case).expect("a case is made of numbers, texts, lists and maps of texts");
+    if let Value::Object(fields) = &mut content {
+        fields.retain(|key, _| key != "id" && key != "name");
+    }
+    remove_notes(&mut content);
     Checksum::of(content.to_string().as_bytes())
+}
+
+fn remove_notes(content: &mut Value) {
+    match content {
+        Value::Object(fields) => {
+            fields.remove("note");
+            fields.values_mut().for_each(remove_notes);
+        }
+        Value::Array(items) => items.iter_mut().for_each(remove_notes),
+        _ => {}
+    }
 }

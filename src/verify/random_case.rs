@@ -31,7 +31,7 @@ const RANDOM_STREAM: u64 = 26;
 /// # Errors
 /// As [`Case::from_toml`]; no seed is known that fails.
 pub fn random_case(seed: u64) -> Result<Case, CaseError> {
-    Case::from_toml(&random_case_toml(seed), &format!("random-{seed}"), &BTreeMap::new())
+    Case::from_toml(&random_case_toml(seed), &format!("random-{seed}"), &BTreeMap::<String, String>::new())
 }
 
 /// The text of the case of a seed.

@@ -25,6 +25,19 @@ fn an_unknown_device_is_exit_3_and_lists_the_devices() {
 }
 
 #[test]
+fn the_kind_of_a_backend_is_that_of_its_device() {
+    let scratch = Scratch::new("kind");
+    scratch.write("c/case.toml", CASE);
+    let devices = run(&scratch, "devices --json").succeeded().json();
+    let found = run(&scratch, "predict c --backend gpu --json --quiet").succeeded().json();
+    let backend = &found["backend"];
+    let adapters = devices["adapters"].as_array().expect("a list");
+    let adapter = adapters.iter().find(|adapter| adapter["name"] == backend["name"]).expect("the device is listed");
+    let kind = if adapter["kind"] == "software" { "software" } else { "gpu" };
+    assert_eq!(backend["kind"], kind, "{devices:#}");
+}
+
+#[test]
 fn gpu_and_cpu_peaks_agree() {
     let scratch = Scratch::new("gpu");
     scratch.write("c/case.toml", CASE);

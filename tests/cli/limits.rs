@@ -1,7 +1,7 @@
 //! Limits of input: absurd sizes, endless files, control characters and output that cannot be written.
 
 use super::input_errors::refused;
-use super::{CASE, CommandResult, OBSERVATIONS, run, run_args, wait_for};
+use super::{CASE, CommandResult, OBSERVATIONS, command, run, run_args, wait_for};
 use crate::support::{Scratch, root, runs_all, text};
 use bondline::limits::{LIMITS, Limit, STARTS, STATISTICS_MIB, STEPS, TEMPERATURES};
 use std::process::Command;
@@ -28,6 +28,24 @@ fn shell(scratch: &Scratch) -> Command {
     let mut shell = Command::new("bash");
     shell.current_dir(scratch.path()).env("XDG_RUNTIME_DIR", scratch.path());
     shell
+}
+
+#[test]
+fn threads_of_the_environment_that_no_machine_has_or_that_are_no_number_are_refused() {
+    let scratch = Scratch::new("limits-threads");
+    scratch.write("c/case.toml", CASE);
+    for (threads, message) in [
+        ("1000000000", "RAYON_NUM_THREADS=1000000000: expected at most 1,024 threads, found 1,000,000,000"),
+        ("1025", "RAYON_NUM_THREADS=1025: expected at most 1,024 threads, found 1,025"),
+        ("two", "RAYON_NUM_THREADS=two: expected a number of threads"),
+        ("-1", "RAYON_NUM_THREADS=-1: expected a number of threads"),
+    ] {
+        for line in ["predict c", "verify --group exact", "merge c", "devices"] {
+            let mut command = command(&scratch);
+            let ran = wait_for(command.args(line.split(' ')).env("RAYON_NUM_THREADS", threads));
+            refused(&scratch, ran, 1, &[message]);
+        }
+    }
 }
 
 #[test]

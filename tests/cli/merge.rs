@@ -102,6 +102,19 @@ fn equal_pieces_of_a_job_array_are_computed_once_and_merge_to_the_whole_sweep() 
 }
 
 #[test]
+fn parts_are_merged_with_the_same_case_in_another_folder() {
+    let scratch = Scratch::new("pieces-moved");
+    scratch.write("c/case.toml", CASE);
+    let files = pieces(&scratch, "-n 40", &[(0, 20), (20, 40)]).join(" ");
+    std::fs::rename(scratch.path().join("c"), scratch.path().join("moved")).expect("a folder of this test");
+    run(&scratch, &format!("merge {files} --case moved --out merged")).succeeded();
+    scratch.write("moved/case.toml", CASE.replacen("3 mm", "4 mm", 1));
+    run(&scratch, &format!("merge {files} --case moved --out merged"))
+        .exited_with(2)
+        .with_stderr(&["is not the case of this file", "--case names another"]);
+}
+
+#[test]
 fn a_piece_that_is_none_of_the_equal_ones_is_refused() {
     let scratch = Scratch::new("pieces-none");
     scratch.write("c/case.toml", CASE);

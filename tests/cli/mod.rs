@@ -10,6 +10,7 @@ mod init; // templates
 mod input_errors; // exit code 2: errors with their location, nothing written
 mod limits; // sizes, endless files, control characters, output that cannot be written
 pub(crate) mod merge; // parts of a sweep and their merging; bounded memory
+mod names; // names that users choose: tables and the screen
 mod observations; // what was read of a messy workbook, up to an estimate; a noisy driver
 mod options_without_effect; // exit code 2: options and keys that change nothing
 mod outputs; // one writer at a time, whole reports, nothing left over

@@ -108,11 +108,12 @@ fn a_time_limit_ends_a_sweep_with_an_answer_that_can_be_resumed_but_not_lost_by_
 
 #[test]
 #[cfg(unix)]
-fn an_interrupt_and_a_request_to_terminate_end_a_sweep_with_an_answer() {
-    for signal in ["INT", "TERM"] {
+fn an_interrupt_a_request_to_terminate_and_a_lost_terminal_end_a_sweep_with_an_answer() {
+    for signal in ["INT", "TERM", "HUP"] {
         let scratch = Scratch::new(&format!("signal-{signal}"));
         scratch.write("c/case.toml", CASE);
-        let child = started(&scratch, "uncertainty c -n 60000000 --checkpoint-interval 0.02s --out one");
+        let child =
+            started(&scratch, "uncertainty c -n 60000000 --checkpoint-interval 0.02s --limit-time 60s --out one");
         wait_for_file(&scratch, "one.checkpoint/sweep.json");
         let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
         assert!(sent.expect("kill is there").success());
@@ -120,6 +121,33 @@ fn an_interrupt_and_a_request_to_terminate_end_a_sweep_with_an_answer() {
         let hidden = |path: &&PathBuf| path.to_string_lossy().starts_with('.');
         assert_eq!(scratch.files().iter().filter(hidden).count(), 0, "{:?}", scratch.files());
     }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_sweep_that_was_started_to_outlive_its_terminal_does() {
+    let scratch = Scratch::new("nohup");
+    scratch.write("c/case.toml", CASE);
+    let binary = env!("CARGO_BIN_EXE_bondline");
+    let sweep = format!("{binary} uncertainty c -n 60000000 --limit-time 6s --out one");
+    let line = format!("trap '' HUP; {sweep} & for n in 1 2 3; do sleep 1; kill -HUP $! || exit 9; done; wait $!");
+    let status = Command::new("bash").args(["-c", &line]).current_dir(scratch.path()).stdout(Stdio::null()).status();
+    assert_eq!(status.expect("bash is there").code(), Some(1), "it ends by its limit of time");
+}
+
+#[test]
+fn a_sweep_goes_on_when_only_texts_for_readers_have_changed() {
+    let scratch = Scratch::new("noted");
+    let noted = |text: &str| format!("note = \"{text}\"\n{}", CASE.replacen("Two plies", text, 1));
+    scratch.write("c/case.toml", noted("as planned"));
+    let line = "uncertainty c -n 60000000 --out one";
+    run_limited(&scratch, line).exited_with(1);
+    scratch.write("c/case.toml", noted("as run"));
+    let resumed = run_limited(&scratch, &format!("{line} --resume"));
+    assert!(resumed.stderr.contains("going on from there"), "{}", resumed.stderr);
+    // Negative control: another name of a sensor changes the tables.
+    scratch.write("c/case.toml", noted("as run").replace("TC1", "TC9"));
+    run(&scratch, &format!("{line} --resume")).exited_with(2).with_stderr(&["another sweep: its cases"]);
 }
 
 /// Kill a study once it has kept finished work, and resume it. `other` is an option of another study.
@@ -133,7 +161,7 @@ fn resumed_to_the_same_bits(scratch: &Scratch, line: &str, file: &str, kept: &st
     child.wait().expect("it ends");
     run(scratch, &format!("{line} killed/one")).exited_with(2).with_stderr(&[kept, "give --resume to go on"]);
     let refused = run(scratch, &format!("{line} killed/one {other} --resume")).exited_with(2);
-    assert!(refused.stderr.contains("of another study: case c ("), "{}", refused.stderr);
+    assert!(refused.stderr.contains("of another study: case "), "{}", refused.stderr);
     let sweep = run(scratch, "uncertainty c -n 20 --out killed/one --resume").exited_with(2);
     assert!(sweep.stderr.contains("uncertainty has no "), "{}", sweep.stderr);
     let path = scratch.path().join("killed/one.checkpoint").join(file);

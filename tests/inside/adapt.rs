@@ -129,7 +129,8 @@ depth = "0.05 mm"
 output_interval = "0.25 s"
 "#
     );
-    let case = Case::from_toml(&toml, "sample", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"));
+    let case =
+        Case::from_toml(&toml, "sample", &BTreeMap::<String, String>::new()).unwrap_or_else(|error| panic!("{error}"));
     let ply = &case.layup().plies[0];
     let decomposition = ply.material.decomposition.as_ref().expect("it decomposes");
     let losses: f64 = decomposition.reactions.iter().map(|reaction| reaction.mass_loss).sum();

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondline import _bondline
-from bondline._options import content, text, words
+from bondline._options import content, refuse_without_effect, text, words
 from bondline._results import (
     Coverage,
     Design,
@@ -180,19 +180,19 @@ class Case:
         return str(self._content["name"])
 
     @property
-    def notes(self) -> list[str]:
+    def notes(self) -> tuple[str, ...]:
         """What the files hold and the case does not use, one sentence each."""
-        return self._core.notes()
+        return tuple(self._core.notes())
 
     @functools.cached_property
-    def sensors(self) -> list[str]:
+    def sensors(self) -> tuple[str, ...]:
         """Names of the sensors."""
-        return [str(sensor["name"]) for sensor in self._content["sensors"]]
+        return tuple(str(sensor["name"]) for sensor in self._content["sensors"])
 
     @functools.cached_property
-    def factors(self) -> list[str]:
+    def factors(self) -> tuple[str, ...]:
         """Names of the factors, in the order of the columns of :meth:`march`."""
-        return [str(factor["name"]) for factor in self._content["factors"]]
+        return tuple(str(factor["name"]) for factor in self._content["factors"])
 
     @property
     def nominal(self) -> Array:
@@ -200,9 +200,9 @@ class Case:
         return np.array([factor["nominal"] for factor in self._content["factors"]], dtype=float)
 
     @functools.cached_property
-    def estimated(self) -> list[str]:
+    def estimated(self) -> tuple[str, ...]:
         """Names of the factors that :meth:`residuals` and :meth:`estimate` vary."""
-        return [self.factors[place] for place in self._content["estimate"]["factors"]]
+        return tuple(self.factors[place] for place in self._content["estimate"]["factors"])
 
     @property
     def nominal_estimated(self) -> Array:
@@ -327,11 +327,12 @@ class Case:
 
     def _points(self, points: ArrayLike | pandas.DataFrame) -> Array:
         count = len(self.factors)
-        if hasattr(points, "columns"):
-            frame: Any = points
-            found = np.tile(self.nominal, (len(frame), 1))
-            for name in frame.columns:
-                found[:, self._place(str(name))] = frame[name]
+        named = _named_columns("points", points)
+        if named is not None:
+            rows = len(next(iter(named.values()), ()))
+            found = np.tile(self.nominal, (rows, 1))
+            for name, column in named.items():
+                found[:, self._place(name)] = column
             return found
         found = np.ascontiguousarray(points, dtype=np.float64)
         if found.ndim != 2 or found.shape[1] != count:
@@ -349,23 +350,32 @@ class Case:
         sensors, instants, measured_k, sigma_k = zip(*samples, strict=True)
         return np.array(sensors), np.array(instants), np.array(measured_k), np.array(sigma_k)
 
-    def _rows(self, x: ArrayLike) -> Array:
+    def _estimated_values(self, x: ArrayLike | pandas.DataFrame) -> Array:
+        """Values of the estimated factors, member × factor: those of a data frame by the names of its columns."""
+        named = _named_columns("x", x)
+        if named is not None:
+            if set(named) != set(self.estimated):
+                raise ValueError(f"x: expected the columns {', '.join(self.estimated)}, found {', '.join(named)}")
+            return np.column_stack([named[name] for name in self.estimated])
         values = np.atleast_2d(np.asarray(x, dtype=np.float64))
-        if values.shape[-1] != self.ndim:
-            raise ValueError(
-                f"x: expected {self.ndim} values ({', '.join(self.estimated)}), found {values.shape[-1]}"
-            )
+        if values.ndim != 2 or values.shape[-1] != self.ndim:
+            shape = " × ".join(str(length) for length in values.shape)
+            raise ValueError(f"x: expected {self.ndim} values ({', '.join(self.estimated)}), found {shape}")
+        return values
+
+    def _rows(self, x: ArrayLike | pandas.DataFrame) -> Array:
+        values = self._estimated_values(x)
         rows = np.tile(self.nominal, (len(values), 1))
         rows[:, [self.factors.index(name) for name in self.estimated]] = values
         return rows
 
-    def residuals(self, x: ArrayLike) -> Array:
+    def residuals(self, x: ArrayLike | pandas.DataFrame) -> Array:
         """Predicted minus measured temperatures over their standard deviations, for values of the estimated factors.
 
         Parameters
         ----------
         x
-            A value for each of :attr:`estimated`, or a row of them for each member.
+            A value for each of :attr:`estimated`, or a row of them for each member, or a data frame with these columns.
 
         Returns
         -------
@@ -384,21 +394,21 @@ class Case:
         found: Array = (slopes_k[0][:, sensors, instants] / sigma_k).T
         return found
 
-    def log_prob(self, x: ArrayLike) -> Array | float:
+    def log_prob(self, x: ArrayLike | pandas.DataFrame) -> Array | float:
         """Logarithm of the posterior density, but for a constant: independent normal noise, and a uniform prior between
         :attr:`bounds`.
 
         Parameters
         ----------
         x
-            A value for each of :attr:`estimated`, or a row of them for each member.
+            A value for each of :attr:`estimated`, or a row of them for each member, or a data frame with these columns.
 
         Returns
         -------
         float or numpy.ndarray
             One number, or one for each row; minus infinity outside the bounds.
         """
-        rows = np.atleast_2d(np.asarray(x, dtype=np.float64))
+        rows = self._estimated_values(x)
         low, high = self.bounds
         inside = np.all((rows >= low) & (rows <= high), axis=1)
         found = np.full(len(rows), -np.inf)
@@ -548,6 +558,7 @@ class Case:
         keeps_members: bool = False,
         first: Sequence[str] = (),
     ) -> _R:
+        refuse_without_effect(options)
         answers, members = self._core.ask(
             command, [*first, *words(options)], words(self._session), keeps_members, _report(progress)
         )
@@ -564,6 +575,20 @@ def _unpickled(source: Memory, overrides: dict[str, str], session: dict[str, obj
         raise _bondline.BondlineError(f"the case {case.id!r} is not the one that was sent: use one version of bondline")
     case._overrides, case._session = overrides, session
     return case
+
+
+def _named_columns(argument: str, values: Any) -> dict[str, Array] | None:
+    """The columns of a data frame by name; ``None`` for plain numbers. Other values with names are refused, as their
+    order may not be that of the case."""
+    if hasattr(values, "columns"):
+        names = [str(name) for name in values.columns]
+        if len(set(names)) < len(names):
+            raise ValueError(f"{argument}: two columns have one name: {', '.join(names)}")
+        return {name: np.asarray(values[column], dtype=np.float64) for name, column in zip(names, values.columns)}
+    if hasattr(values, "index") and not isinstance(values, Sequence) or hasattr(values, "dims"):
+        kind = type(values).__name__
+        raise TypeError(f"{argument}: a {kind} has names: expected a data frame whose columns are factors, or an array")
+    return None
 
 
 def _with_lines(message: str, id: str, text: str) -> str:

@@ -3,6 +3,44 @@
 from collections.abc import Mapping
 from typing import Any
 
+from bondline import _bondline
+
+#: Options of commands that a method of a case takes in another way, or not at all, with what to do.
+_WITHOUT_EFFECT = {
+    "set": "give the values to Case.with_",
+    "backend": "give it to Case.on",
+    "precision": "give it to Case.on",
+    "device": "give it to Case.on",
+    "instruction_set": "it is for tests of the command",
+    "out": "write the report with the method report of the answer",
+    "force": "give it to the method report of the answer",
+    "format": "only the command writes figures in other formats",
+    "json": "the answer is an object; its report has summary.json",
+    "quiet": "no progress is shown without progress=True",
+    "limit_time": "only the command ends after a time",
+    "resume": "only the command keeps finished work",
+    "checkpoint_interval": "only the command keeps finished work",
+    "depth_profiles": "only the command computes profiles",
+    "max_failed": "it sets the exit code of the command; the answer counts failed members",
+    "members": "bondline.dask marches parts of a sweep",
+    "piece": "bondline.dask marches parts of a sweep",
+    "compare": "only the command compares two cases",
+}
+
+
+def refuse_without_effect(options: Mapping[str, object]) -> None:
+    """Refuse options of the command that would be taken and have no effect.
+
+    Raises
+    ------
+    OptionError
+        There is such an option; the message names what to do.
+    """
+    for name in options:
+        reason = _WITHOUT_EFFECT.get(name.replace("-", "_"))
+        if reason is not None:
+            raise _bondline.OptionError(f"{name} has no effect here: {reason}")
+
 
 def text(value: object) -> str:
     """A number, a text such as ``"3 kPa"``, or a pint quantity, as a case file has it."""

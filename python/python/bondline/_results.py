@@ -78,7 +78,7 @@ class Result:
             np.array(nominal["temperatures_k"]),
             dims=("sensor", "time"),
             coords={
-                "sensor": self.case.sensors,
+                "sensor": list(self.case.sensors),
                 "time": ("time", np.array(nominal["instants_s"]), {"units": "s"}),
             },
             name="temperature",
@@ -153,7 +153,7 @@ class Uncertainty(Prediction):
             np.array([spread["percentiles_k"] for spread in found["spreads"]]),
             dims=("sensor", "percentile", "time"),
             coords={
-                "sensor": self.case.sensors,
+                "sensor": list(self.case.sensors),
                 "percentile": list(PERCENTILES),
                 "time": ("time", np.array(found["instants_s"]), {"units": "s"}),
             },
@@ -213,8 +213,8 @@ class Sensitivity(Prediction):
             np.array(found["derivatives_k"]),
             dims=("factor", "sensor", "time"),
             coords={
-                "factor": self.case.factors,
-                "sensor": self.case.sensors,
+                "factor": list(self.case.factors),
+                "sensor": list(self.case.sensors),
                 "time": ("time", np.array(self._part("nominal")["instants_s"]), {"units": "s"}),
             },
             name="derivative",
@@ -262,14 +262,18 @@ class Estimate(Prediction):
         return pandas.DataFrame(self._part("posterior")["draws"], columns=self.names)
 
     def to_arviz(self) -> Any:
-        """The draws as ``arviz.InferenceData``.
+        """The draws as ``arviz.InferenceData``: a chain for each walker, with its draws in the order of the iterations.
 
-        The thinned draws of all walkers are one chain, so statistics that compare chains do not apply; those of the
-        whole chains are in :meth:`summary`.
+        Draws are thinned, so that an effective sample size from them is at most that of :meth:`summary`.
         """
         import arviz
 
-        return arviz.from_dict(posterior={name: self.draws[[name]].to_numpy().T for name in self.names})
+        walkers = int(self._part("posterior")["walkers"]["number"])
+        # Draws alternate between the walkers.
+        draws = self.draws.iloc[: len(self.draws) // walkers * walkers]
+        return arviz.from_dict(
+            posterior={name: draws[name].to_numpy().reshape(-1, walkers).T for name in self.names}
+        )
 
 
 class Study(Uncertainty, Sensitivity, Estimate):

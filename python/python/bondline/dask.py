@@ -15,7 +15,7 @@ import numpy as np
 
 from bondline import _bondline
 from bondline._case import Array, Case
-from bondline._options import words
+from bondline._options import refuse_without_effect, words
 from bondline._results import Coverage, Estimate, Uncertainty
 
 if TYPE_CHECKING:
@@ -132,6 +132,7 @@ def estimate(
     Estimate
         The answer of one process, to the last bit.
     """
+    refuse_without_effect(options)
     chosen = words({"starts": starts} | options)
     return Estimate(case, _divided(case, "estimate", chosen, client, pieces, retries, progress, "starts"), None)
 
@@ -172,6 +173,7 @@ def coverage(
     Coverage
         The answer of one process, to the last bit.
     """
+    refuse_without_effect(options)
     chosen = words({"study": n} | options)
     return Coverage(case, _divided(case, "twin", chosen, client, pieces, retries, progress, "data sets"), None)
 

@@ -15,8 +15,11 @@ temperature over its standard deviation. Dakota's ``least_sq_term_N`` is ``resid
 from __future__ import annotations
 
 import argparse
+import os
+import shlex
+import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -98,8 +101,17 @@ def drive(case: Case, parameters: str) -> str:
     lines = [line.split() for line in parameters.splitlines() if line.strip()]
     if lines and len(lines[0]) == 2 and lines[0][1] == "variables":
         return _dakota(case, lines)
-    factors = dict(_named(line) for line in lines)
+    factors = _unique(_named(line) for line in lines)
     return "".join(f"{name} {value!r}\n" for name, (value, _) in respond(case, factors).items())
+
+
+def _unique(pairs: Iterable[tuple[str, float]]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for name, value in pairs:
+        if name in found:
+            raise ValueError(f"parameters: {name!r} is stated twice")
+        found[name] = value
+    return found
 
 
 def _named(line: Sequence[str]) -> tuple[str, float]:
@@ -121,10 +133,10 @@ def _dakota(case: Case, lines: list[list[str]]) -> str:
         except (IndexError, ValueError, RuntimeError, StopIteration):
             text = " ".join(line)
             raise ValueError(f"parameters of Dakota: expected a number and a heading, found {text!r}") from None
-    factors = {name: float(value) for value, name in sections["variables"]}
+    factors = _unique((name, float(value)) for value, name in sections["variables"])
     wanted = [(int(code), label.partition(":")[2]) for code, label in sections.get("functions", [])]
     names = list(factors)
-    by = [names[int(number) - 1] for number, _ in sections.get("derivative_variables", [])]
+    by = [_numbered(names, number) for number, _ in sections.get("derivative_variables", [])]
     if any(code & ~(VALUE | GRADIENT) for code, _ in wanted):
         raise ValueError("Dakota asks for Hessians; expected no_hessians: there are values and exact gradients")
     found = respond(case, factors, by if any(code & GRADIENT for code, _ in wanted) else ())
@@ -138,6 +150,15 @@ def _dakota(case: Case, lines: list[list[str]]) -> str:
         values += f"{value!r} {label}\n" if code & VALUE else ""
         gradients += f"[ {' '.join(repr(float(slope)) for slope in slopes)} ]\n" if code & GRADIENT else ""
     return values + gradients
+
+
+def _numbered(names: Sequence[str], number: str) -> str:
+    """The name of a variable by its number from 1."""
+    if not (number.isdecimal() and 1 <= int(number) <= len(names)):
+        raise ValueError(
+            f"Dakota asks for derivatives by variable {number}; expected a number from 1 to {len(names)}"
+        )
+    return names[int(number) - 1]
 
 
 def pest_files(case: Case, command: str) -> dict[str, str]:
@@ -195,6 +216,18 @@ def pest_files(case: Case, command: str) -> dict[str, str]:
     return {name: "\n".join(text) + "\n" for name, text in texts.items()}
 
 
+def _write_script(folder: Path, words: Sequence[str]) -> str:
+    """Write a script of one command into a folder, and return the command that runs it there. PEST++ splits its command
+    at blanks and knows no quotes, so that a path with a blank must not be in it."""
+    if os.name == "nt":
+        (folder / "bondline.bat").write_text(f"@{subprocess.list2cmdline(words)}\r\n", encoding="utf-8")
+        return "bondline.bat"
+    script = folder / "bondline.sh"
+    script.write_text(f"#!/bin/sh\nexec {shlex.join(words)}\n", encoding="utf-8")
+    script.chmod(0o755)
+    return "./bondline.sh"
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Run the driver with these words of the command line, and return its exit code."""
     parser = argparse.ArgumentParser("python -m bondline.driver", description="A case for Dakota and PEST++.")
@@ -208,8 +241,9 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         case = Case.load(given.case)
         if given.pest is not None:
-            command = f"{sys.executable} -m bondline.driver {given.case.resolve()} bondline.par bondline.out"
             given.pest.mkdir(parents=True, exist_ok=True)
+            words_of_run = [sys.executable, "-m", "bondline.driver", str(given.case.resolve())]
+            command = _write_script(given.pest, [*words_of_run, "bondline.par", "bondline.out"])
             for name, text in pest_files(case, command).items():
                 (given.pest / name).write_text(text, encoding="utf-8")
             return 0

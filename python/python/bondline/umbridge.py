@@ -28,6 +28,12 @@ from bondline.driver import respond
 #: Most bytes of a request: the vectors of a case are far shorter.
 LARGEST_REQUEST = 1 << 24
 
+#: Longest wait for a part of a request, or for the client to take a part of an answer, s.
+TIME_OUT_S = 60.0
+
+#: Longest message about a request, which may be large.
+LONGEST_MESSAGE = 1000
+
 
 @dataclass(frozen=True)
 class _Model:
@@ -73,6 +79,8 @@ def server(case: Case, host: str = "127.0.0.1", port: int = 4242) -> ThreadingHT
     models, lock = _models(case), threading.Lock()
 
     class Handler(BaseHTTPRequestHandler):
+        timeout = TIME_OUT_S
+
         def do_GET(self) -> None:
             if self.path == "/Info":
                 self._send(200, {"protocolVersion": 1.0, "models": list(models)})
@@ -80,38 +88,57 @@ def server(case: Case, host: str = "127.0.0.1", port: int = 4242) -> ThreadingHT
                 self._fail(404, "InvalidInput", f"no {self.path}: expected /Info")
 
         def do_POST(self) -> None:
+            length = self.headers.get("Content-Length", "0")
+            if not (length.isdecimal() and len(length) < 20 and int(length) <= LARGEST_REQUEST):
+                self.close_connection = True
+                self._fail(413, "InvalidInput", f"a request of {length[:20]} bytes: expected at most {LARGEST_REQUEST}")
+                return
+            status, content = self._answered(self.rfile.read(int(length)))
+            # The lock is free again: a client that takes its answer slowly keeps no other waiting.
+            self._send(status, content)
+
+        def _answered(self, body: bytes) -> tuple[int, dict[str, Any]]:
             try:
-                length = int(self.headers.get("Content-Length", 0))
-                if not 0 <= length <= LARGEST_REQUEST:
-                    raise ValueError(f"a request of {length} bytes: expected at most {LARGEST_REQUEST}")
-                request = json.loads(self.rfile.read(length))
+                request = json.loads(body)
                 model = models.get(request["name"])
                 if model is None:
-                    self._fail(400, "ModelNotFound", f"no model {request['name']!r}: expected {', '.join(models)}")
-                    return
+                    return _error(400, "ModelNotFound", f"no model {request['name']!r}: expected {', '.join(models)}")
                 # One march uses all threads.
                 with lock:
-                    self._send(200, _answer(model, self.path, request))
-            except (KeyError, TypeError, ValueError, IndexError) as error:
-                self._fail(400, "InvalidInput", str(error))
-            except BondlineError as error:
-                self._fail(500, "ModelError", str(error))
+                    return 200, _answer(model, self.path, request)
+            except KeyError as error:
+                return _error(400, "InvalidInput", f"missing: {error}")
+            except RecursionError:
+                return _error(400, "InvalidInput", "the request is nested too deeply: expected vectors of numbers")
+            except (TypeError, ValueError, IndexError, OverflowError) as error:
+                return _error(400, "InvalidInput", str(error))
+            except Exception as error:
+                # Whatever fails, the client gets an answer.
+                return _error(500, "ModelError", str(error) or type(error).__name__)
 
         def _fail(self, status: int, kind: str, message: str) -> None:
-            self._send(status, {"error": {"type": kind, "message": message}})
+            self._send(*_error(status, kind, message))
 
         def _send(self, status: int, content: dict[str, Any]) -> None:
             body = json.dumps(content).encode()
-            self.send_response(status)
-            self.send_header("Content-Type", "application/json")
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
+            try:
+                self.send_response(status)
+                self.send_header("Content-Type", "application/json")
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
+            except OSError:
+                # The client has gone, or does not take its answer.
+                self.close_connection = True
 
         def log_message(self, format: str, *args: object) -> None:
             """Nothing: a client makes thousands of requests."""
 
     return ThreadingHTTPServer((host, port), Handler)
+
+
+def _error(status: int, kind: str, message: str) -> tuple[int, dict[str, Any]]:
+    return status, {"error": {"type": kind, "message": message[:LONGEST_MESSAGE]}}
 
 
 def _answer(model: _Model, path: str, request: dict[str, Any]) -> dict[str, Any]:

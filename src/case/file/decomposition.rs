@@ -208,7 +208,7 @@ fn residue(
     density_kg_m3: Option<f64>,
 ) -> ReadResult<(Residue, f64)> {
     let name = if intermediate {
-        section.required("name", "a name such as \"tar\"").and_then(ValueReader::text)
+        section.required("name", "a name such as \"tar\"").and_then(ValueReader::name)
     } else {
         Ok("char")
     };

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// A source of the files that a case names, by paths relative to the case file: `flux.csv`, `materials/felt.toml`.
 ///
-/// A [`Folder`] reads from disk, a map from paths to texts from memory:
+/// A [`Folder`] reads from disk, a map from paths to texts or bytes from memory:
 ///
 /// ```
 /// use bondline::Case;
@@ -32,7 +32,8 @@ use std::path::PathBuf;
 /// let face = "time_s,face_K\n0,300\n10,1200\n".to_owned();
 /// let files = BTreeMap::from([("face.csv".to_owned(), face)]);
 /// assert_eq!(Case::from_toml(text, "felt", &files)?.sensors().len(), 1);
-/// let error = Case::from_toml(text, "felt", &BTreeMap::new()).expect_err("a missing file");
+/// let none = BTreeMap::<String, String>::new();
+/// let error = Case::from_toml(text, "felt", &none).expect_err("a missing file");
 /// assert!(error.to_string().contains("no such file: face.csv"));
 /// # Ok::<(), bondline::case::CaseError>(())
 /// ```
@@ -45,6 +46,12 @@ pub trait FileSource {
 
     /// Whether the file exists.
     fn contains(&self, path: &str) -> bool;
+
+    /// The names of the files in a folder; none if there is no such folder.
+    ///
+    /// # Errors
+    /// The folder cannot be read.
+    fn list(&self, folder: &str) -> io::Result<Vec<String>>;
 
     /// The name of a file in messages.
     fn label(&self, path: &str) -> String {
@@ -73,19 +80,34 @@ impl FileSource for Folder {
         self.0.join(path).exists()
     }
 
+    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
+        let entries = match std::fs::read_dir(self.0.join(folder)) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            entries => entries?,
+        };
+        // A name that is no text cannot be written in a case file.
+        let names = entries.map(|entry| Ok(entry?.file_name().into_string().ok()));
+        names.filter_map(io::Result::transpose).collect()
+    }
+
     fn label(&self, path: &str) -> String {
         self.0.join(path).display().to_string()
     }
 }
 
-impl FileSource for BTreeMap<String, String> {
+impl<T: AsRef<[u8]>> FileSource for BTreeMap<String, T> {
     fn read(&self, path: &str) -> io::Result<Vec<u8>> {
-        let text = self.get(path).ok_or_else(|| io::Error::from(ErrorKind::NotFound))?;
-        Ok(text.clone().into_bytes())
+        let content = self.get(path).ok_or_else(|| io::Error::from(ErrorKind::NotFound))?;
+        Ok(content.as_ref().to_vec())
     }
 
     fn contains(&self, path: &str) -> bool {
         self.contains_key(path)
+    }
+
+    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
+        let names = self.keys().filter_map(|path| path.strip_prefix(folder)?.strip_prefix('/'));
+        Ok(names.filter(|name| !name.contains('/')).map(str::to_owned).collect())
     }
 }
 
@@ -115,6 +137,10 @@ impl FileSource for RecordedFiles<'_> {
 
     fn contains(&self, path: &str) -> bool {
         self.files.contains(path)
+    }
+
+    fn list(&self, folder: &str) -> io::Result<Vec<String>> {
+        self.files.list(folder)
     }
 
     fn label(&self, path: &str) -> String {

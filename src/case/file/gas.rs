@@ -8,7 +8,7 @@ use crate::case::unit::Dimension;
 
 pub(super) fn gas(written: ValueReader<'_>, id: String) -> ReadResult<Gas> {
     let top = written.section()?;
-    let name = top.required("name", "a title of the gas").and_then(ValueReader::text);
+    let name = top.required("name", "a title of the gas").and_then(ValueReader::title);
     let note = top.text_or("note", "");
     let provenance = provenance(&top);
     let property = |key, dimension| {

@@ -64,8 +64,8 @@ pub(super) fn layup(case: &TableReader<'_>, references: &ReferenceResolver<'_>) 
 
 /// A ply; `check_decomposition` is the key `decomposition` of the case.
 fn ply_entry(section: &TableReader<'_>, references: &ReferenceResolver<'_>, reacts: bool) -> ReadResult<PlyEntry> {
-    let name = section.required("name", "a name such as \"OF1\"").and_then(ValueReader::text);
-    let group = section.optional("group").map(ValueReader::text).transpose();
+    let name = section.required("name", "a name such as \"OF1\"").and_then(ValueReader::name);
+    let group = section.optional("group").map(ValueReader::name).transpose();
     let thickness_m = section.positive("thickness", Dimension::Length);
     let material =
         section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| references.material(w));

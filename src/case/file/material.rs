@@ -10,7 +10,7 @@ use crate::case::{Conductivity, Material, Pores, Provenance, Table};
 
 pub(super) fn material(written: ValueReader<'_>, id: String) -> ReadResult<Material> {
     let top = written.section()?;
-    let name = top.required("name", "a title of the material").and_then(ValueReader::text);
+    let name = top.required("name", "a title of the material").and_then(ValueReader::title);
     let note = top.text_or("note", "");
     let property = |key| top.required(key, "a table of the property").and_then(ValueReader::section);
     let density = property("density").and_then(|section| density(&section));

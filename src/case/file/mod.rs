@@ -129,10 +129,10 @@ fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagno
 /// The validated case, with its files and their old names.
 fn build(read: ReadResult<ReadCase>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
     let (renamed_keys, unread) = (diagnostics.take_renamed_keys(), diagnostics.take_notes());
-    let recorded = diagnostics.take_channels();
+    let (recorded, materials) = (diagnostics.take_channels(), diagnostics.take_materials());
     let (builder, (drivers, pyrometer_driver)) = diagnostics.into_result(read)?;
     Ok(Case {
-        reading_notes: ReadingNotes { renamed_keys, unread, recorded, drivers, pyrometer_driver },
+        reading_notes: ReadingNotes { renamed_keys, unread, recorded, drivers, pyrometer_driver, materials },
         input_files,
         ..builder.build()?
     })
@@ -171,7 +171,7 @@ impl Material {
         Ok((diagnostics.into_result(material)?, renamed_keys))
     }
 
-    /// A material of the built-in database; `-` equals `_` in the id.
+    /// A material of the built-in database; `-` equals `_` in the id, and capital letters equal small ones.
     ///
     /// # Errors
     /// The id is unknown; the message suggests a similar one or lists the known ones.
@@ -194,7 +194,7 @@ impl Gas {
         diagnostics.into_result(gas)
     }
 
-    /// A gas of the built-in database; `-` equals `_` in the id.
+    /// A gas of the built-in database; `-` equals `_` in the id, and capital letters equal small ones.
     ///
     /// # Errors
     /// The id is unknown; the message suggests a similar one or lists the known ones.
@@ -266,7 +266,7 @@ fn apply_override<'a>(
 
 /// All parts are read before the first `?`, so that no error hides another.
 fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: String) -> ReadResult<CaseBuilder> {
-    let name = top.text_or("name", &id);
+    let name = top.optional("name").map_or(Ok(id.as_str()), ValueReader::title).map(|name| name.trim().to_owned());
     let note = top.text_or("note", "");
     let duration = top.required("duration", Dimension::Time.name_and_example());
     let duration_s =

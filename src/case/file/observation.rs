@@ -4,7 +4,7 @@ use super::column_choice::{TimeChoice, stated_conversion};
 use super::references::ReferenceResolver;
 use super::schedule::points;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
-use super::table_file::{ChosenColumn, Headings, SheetChoice, TableFile, TimeColumn};
+use super::table_file::{ChosenColumn, Headings, TableChoice, TableFile, TimeColumn};
 use crate::case::error::{ReadResult, SourceLocation};
 use crate::case::observation::checked_window_s;
 use crate::case::suggestion::suggestion;
@@ -27,7 +27,7 @@ pub(super) fn observations(
     let sigma_k = of_all.map(sigma).transpose();
     let file = section.optional("file");
     let time = section.optional("time");
-    let sheet = SheetChoice::of(&section);
+    let sheet = TableChoice::of(&section);
     let chosen_time = time.map(TimeChoice::read).transpose();
     let named = section.unread_keys();
     if file.is_none() && named.is_empty() {
@@ -176,7 +176,7 @@ struct ColumnsToRead<'a, 's> {
     sigma_k: Option<f64>,
     own: &'s [SensorEntry<'a>],
     time: Option<TimeChoice<'a>>,
-    sheet: SheetChoice<'a>,
+    sheet: TableChoice<'a>,
 }
 
 /// A column of a sensor.

@@ -4,16 +4,21 @@ use super::column_choice::TimeChoice;
 use super::files::FileSource;
 use super::renamed_keys::FileKind;
 use super::spanned_toml::{SpannedValue, ValueReader};
-use super::table_file::{ChosenColumn, Headings, SheetChoice, TableFile, TimeColumn, TimeSeries};
+use super::table_file::{ChosenColumn, Headings, TableChoice, TableFile, TimeColumn, TimeSeries};
 use super::text_file::{parse_toml, parse_toml_file};
 use super::{gas, material};
-use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
+use crate::case::error::{Diagnostics, ReadResult, SourceLocation, unreadable_file_message};
+use crate::case::own_materials::OwnMaterials;
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Gas, Material, PyrometerDriver, SmoothedDriver, library};
 use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
+
+/// The folders of the materials and gases of a case.
+const MATERIALS: &str = "materials";
+const GASES: &str = "gases";
 
 /// Resolves the references of a case.
 pub(super) struct ReferenceResolver<'a> {
@@ -53,29 +58,32 @@ impl<'a> ReferenceResolver<'a> {
 
     /// The drivers recorded so far: those that were smoothed, and the pyrometer.
     pub(super) fn into_drivers(self) -> (Vec<SmoothedDriver>, Option<PyrometerDriver>) {
+        self.diagnostics.record_materials(self.own_materials());
         (self.drivers.into_inner(), self.pyrometer_driver.into_inner())
     }
 
     /// `"pyrogel3350"`: `materials/pyrogel3350.toml` next to the case if it exists, else the built-in material; or
     /// `{ file = "mine.toml" }`.
     pub(super) fn material(&self, written: ValueReader<'_>) -> ReadResult<Arc<Material>> {
-        if let Some((path, id)) = self.local_path(written, "materials")? {
-            return self.cached_material(&self.files.label(&path), || {
+        if let Some((path, id)) = self.own_file(written, MATERIALS)? {
+            let label = self.files.label(&path);
+            return self.cached_material(written, &label, || {
                 material::material(self.document(&path, FileKind::Material)?.reader(self.diagnostics), id)
             });
         }
         let id = written.text()?;
-        let (id, text) = written.require(library::material_toml(id).ok_or_else(|| unknown_material(id)))?;
-        self.cached_material(id, || built_in_material(id, text, self.diagnostics))
+        let found = library::material_toml(id).ok_or_else(|| self.unknown(MATERIALS, id));
+        let (id, text) = written.require(found)?;
+        self.cached_material(written, id, || built_in_material(id, text, self.diagnostics))
     }
 
     /// As [`material`](Self::material), with the folder `gases`.
     pub(super) fn gas(&self, written: ValueReader<'_>) -> ReadResult<Gas> {
-        if let Some((path, id)) = self.local_path(written, "gases")? {
+        if let Some((path, id)) = self.own_file(written, GASES)? {
             return gas::gas(self.document(&path, FileKind::Gas)?.reader(self.diagnostics), id);
         }
         let id = written.text()?;
-        let (id, text) = written.require(library::gas_toml(id).ok_or_else(|| unknown_gas(id)))?;
+        let (id, text) = written.require(library::gas_toml(id).ok_or_else(|| self.unknown(GASES, id)))?;
         built_in_gas(id, text, self.diagnostics)
     }
 
@@ -84,8 +92,9 @@ impl<'a> ReferenceResolver<'a> {
         built_in_gas_named(id, self.diagnostics)
     }
 
-    /// Path and id of a file next to the case; `None` if there is no such file.
-    fn local_path(&self, written: ValueReader<'_>, folder: &str) -> ReadResult<Option<(String, String)>> {
+    /// Path and id of a file of the case: the one that is written, or that of this name in the folder; `None` if there
+    /// is no such file.
+    fn own_file(&self, written: ValueReader<'_>, folder: &str) -> ReadResult<Option<(String, String)>> {
         if written.is_table() {
             let section = written.section()?;
             let path =
@@ -95,17 +104,68 @@ impl<'a> ReferenceResolver<'a> {
             let stem = Path::new(path).file_stem().map_or(path.into(), |stem| stem.to_string_lossy());
             return Ok(Some((path.to_owned(), stem.into_owned())));
         }
-        let id = written.text()?.replace('-', "_");
-        let known = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let own = format!("{folder}/{id}.toml");
-        Ok((id.chars().all(known) && self.files.contains(&own)).then_some((own, id)))
+        let name = written.text()?;
+        let own = written.require(self.own_names(folder))?;
+        let path = |own: &str| format!("{folder}/{own}.toml");
+        match own.iter().filter(|own| library::is_same_name(own, name)).collect::<Vec<_>>()[..] {
+            [] => Ok(None),
+            [own] => Ok(Some((path(own), own.clone()))),
+            [one, other, ..] => Err(written.error(format!(
+                "{} and {} have one name: - equals _, and capital letters equal small ones",
+                self.files.label(&path(one)),
+                self.files.label(&path(other))
+            ))),
+        }
     }
 
-    fn cached_material(&self, key: &str, read: impl FnOnce() -> ReadResult<Material>) -> ReadResult<Arc<Material>> {
+    /// The names of the files in a folder of the case, in order.
+    fn own_names(&self, folder: &str) -> Result<Vec<String>, String> {
+        let listed = self.files.list(folder);
+        let listed =
+            listed.map_err(|error| format!("{}: {}", self.files.label(folder), unreadable_file_message(&error)))?;
+        let mut names: Vec<String> =
+            listed.iter().filter_map(|name| name.strip_suffix(".toml")).map(str::to_owned).collect();
+        names.sort_unstable();
+        Ok(names)
+    }
+
+    /// The material files of the case. Those of the database are kept by their ids, which are no paths.
+    fn own_materials(&self) -> OwnMaterials {
+        let read = self.materials.borrow();
+        let used = read.iter().filter(|(key, material)| *key != material.id);
+        let used: Vec<(String, String)> = used.map(|(path, material)| (material.id.clone(), path.clone())).collect();
+        let names = self.own_names(MATERIALS).unwrap_or_default().into_iter();
+        let all = names.map(|name| (self.files.label(&format!("{MATERIALS}/{name}.toml")), name));
+        let unused = all.filter(|(path, _)| used.iter().all(|(_, other)| other != path));
+        OwnMaterials { unused: unused.map(|(path, name)| (name, path)).collect(), used }
+    }
+
+    /// The message for a name that neither the case nor the database has.
+    fn unknown(&self, folder: &str, name: &str) -> String {
+        let own = self.own_names(folder).unwrap_or_default();
+        let (kind, built_in) = match folder {
+            MATERIALS => ("material", library::material_ids()),
+            _ => ("gas", library::gas_ids()),
+        };
+        format!("unknown {kind} {name:?}{}", suggestion(name, own.iter().map(String::as_str).chain(built_in)))
+    }
+
+    fn cached_material(
+        &self,
+        written: ValueReader<'_>,
+        key: &str,
+        read: impl FnOnce() -> ReadResult<Material>,
+    ) -> ReadResult<Arc<Material>> {
         if let Some((_, material)) = self.materials.borrow().iter().find(|(other, _)| other == key) {
             return Ok(material.clone());
         }
         let material = Arc::new(read()?);
+        // Factors, trade studies and reports name a material by its id.
+        let is_other = |other: &&(String, Arc<Material>)| other.1.id == material.id && other.1 != material;
+        if let Some((other, _)) = self.materials.borrow().iter().find(is_other) {
+            let id = &material.id;
+            return Err(written.error(format!("{key} and {other} are different materials of one name, {id:?}")));
+        }
         self.materials.borrow_mut().push((key.to_owned(), material.clone()));
         Ok(material)
     }
@@ -131,7 +191,7 @@ impl<'a> ReferenceResolver<'a> {
     pub(super) fn table_file(
         &self,
         written: ValueReader<'_>,
-        sheet: SheetChoice<'_>,
+        sheet: TableChoice<'_>,
         headings: Headings<'_>,
     ) -> ReadResult<TableFile> {
         let path = self.existing_path(written)?;
@@ -143,7 +203,7 @@ impl<'a> ReferenceResolver<'a> {
     pub(super) fn series(
         &self,
         file: ValueReader<'_>,
-        sheet: SheetChoice<'_>,
+        sheet: TableChoice<'_>,
         column: Option<ValueReader<'_>>,
         conversion: Option<(f64, f64)>,
         time: Option<TimeChoice<'_>>,

@@ -5,7 +5,7 @@ use super::column_choice::{TimeChoice, stated_conversion};
 use super::layup::observed_face;
 use super::references::ReferenceResolver;
 use super::spanned_toml::{TableReader, ValueReader, collect_all};
-use super::table_file::{ChosenColumn, Headings, SheetChoice, TableFile, TimeColumn, TimeSeries};
+use super::table_file::{ChosenColumn, Headings, TableChoice, TableFile, TimeColumn, TimeSeries};
 use crate::case::error::ReadResult;
 use crate::case::layup::DEPTH_TOLERANCE_M;
 use crate::case::pyrometer_driver::ObservedFace;
@@ -42,7 +42,7 @@ impl<'a> Trajectory<'a> {
         let section = written.section()?;
         let file = section.required("file", "a table such as \"trajectory.csv\"");
         let time = section.optional("time").map(TimeChoice::read).transpose();
-        let sheet = SheetChoice::of(&section);
+        let sheet = TableChoice::of(&section);
         let outside = outside(&section, Dimension::Temperature);
         section.deny_unknown_keys();
         let (file, time, outside) = (file?, time?, outside?);
@@ -111,7 +111,7 @@ impl ScheduleReader<'_> {
         let section = written.section()?;
         let (file, listed, column) = (section.optional("file"), section.optional("points"), section.optional("column"));
         let (time, unit) = (section.optional("time"), section.optional("unit"));
-        let sheet = SheetChoice::of(&section);
+        let sheet = TableChoice::of(&section);
         let conversion = stated_conversion(&section, dimension);
         let outside = outside(&section, dimension);
         let noise = held_face.and_then(|is_hot_face| Some((is_hot_face, section.optional("noise")?)));

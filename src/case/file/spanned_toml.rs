@@ -253,6 +253,16 @@ impl<'a> ValueReader<'a> {
         }
     }
 
+    /// Text of one line.
+    pub(super) fn title(self) -> ReadResult<&'a str> {
+        self.require(validation::one_line(self.text()?))
+    }
+
+    /// A name that the user chooses.
+    pub(super) fn name(self) -> ReadResult<&'a str> {
+        self.require(validation::checked_name(self.text()?))
+    }
+
     /// `true` or `false`.
     pub(super) fn boolean(self) -> ReadResult<bool> {
         match self.node.value {

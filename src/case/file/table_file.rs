@@ -9,13 +9,14 @@
 
 #[cfg(feature = "xlsx")]
 mod cell_range;
+mod clock;
 mod dialect;
-mod sheet_choice;
 mod source;
+mod table_choice;
 #[cfg(feature = "xlsx")]
 mod workbook;
 
-pub(super) use sheet_choice::SheetChoice;
+pub(super) use table_choice::TableChoice;
 
 use super::text_file;
 use crate::case::Table;
@@ -25,6 +26,7 @@ use crate::case::table::is_increasing;
 use crate::case::unit::{Dimension, is_unit, unit_conversion};
 use crate::case::validation::readable;
 use crate::limits::{COLUMNS, TABLE_CELLS, TABLE_FILE_MIB};
+use clock::ColumnKind;
 use dialect::{Dialect, NOT_FINITE};
 #[cfg(feature = "xlsx")]
 use source::Sheet;
@@ -124,7 +126,7 @@ impl TableFile {
     pub(super) fn read(
         bytes: io::Result<Vec<u8>>,
         label: &str,
-        sheet: SheetChoice<'_>,
+        sheet: TableChoice<'_>,
         headings: Headings<'_>,
         diagnostics: &Diagnostics,
     ) -> ReadResult<Self> {
@@ -138,18 +140,23 @@ impl TableFile {
             }
             bytes => bytes,
         };
-        if let Some((key, written)) = sheet.key() {
+        if let Some((key, written)) = sheet.workbook_key() {
             return Err(written.error(format!("`{key}` needs a workbook: {label} is a text file")));
         }
-        let mut text = text_file::decode_text_file(bytes, label, &TABLE_FILE_MIB, diagnostics)?;
+        let missing = sheet.missing()?;
+        let mut text = text_file::decode_table(bytes, label, &TABLE_FILE_MIB, diagnostics)?;
         let file: Arc<str> = label.into();
         if text.contains('\r') {
             text = text.replace("\r\n", "\n").replace('\r', "\n");
         }
+        let is_toa5 = is_toa5(&text);
+        if is_toa5 {
+            blank_lines(&mut text, &TOA5_LINES_WITHOUT_DATA);
+        }
         if let Headings::Chosen(Some(heading)) = headings {
             blank_lines_above(&mut text, heading);
         }
-        let dialect = Dialect::detect(&text);
+        let dialect = Dialect::detect(&text).with_missing(missing);
         if let Some((line, column, message)) = dialect.first_quote_error(&text) {
             let place = SourceLocation { line_column: Some((line, column)), ..SourceLocation::without_line(file) };
             return Err(diagnostics.record(&place, message));
@@ -157,14 +164,14 @@ impl TableFile {
         let text = Rc::new(text);
         let mut table = Self::new(file, Source::Text(text.clone()), dialect);
         let mut rows = Rows::Text(table.dialect.reader(&text));
-        table.read_rows(&mut rows, headings, diagnostics).map(|()| table)
+        table.read_rows(&mut rows, headings, is_toa5, diagnostics).map(|()| table)
     }
 
     #[cfg(not(feature = "xlsx"))]
     fn read_workbook(
         _: Vec<u8>,
         label: &str,
-        _: SheetChoice<'_>,
+        _: TableChoice<'_>,
         _: Headings<'_>,
         diagnostics: &Diagnostics,
     ) -> ReadResult<Self> {
@@ -176,7 +183,7 @@ impl TableFile {
     fn read_workbook(
         bytes: Vec<u8>,
         label: &str,
-        choice: SheetChoice<'_>,
+        choice: TableChoice<'_>,
         headings: Headings<'_>,
         diagnostics: &Diagnostics,
     ) -> ReadResult<Self> {
@@ -184,6 +191,7 @@ impl TableFile {
         let failed = |message| diagnostics.record(&place, message);
         TABLE_FILE_MIB.check(bytes.len().div_ceil(1 << 20) as f64).map_err(failed)?;
         let (name, range) = (choice.sheet.map(ValueReader::text).transpose()?, choice.cells()?);
+        let missing = choice.missing()?;
         let mut workbook = match (Workbook::open(bytes, name).map_err(failed)?, choice.sheet) {
             (Ok(workbook), _) => workbook,
             (Err(message), Some(written)) => return Err(written.error(format!("{label} has {message}"))),
@@ -202,9 +210,10 @@ impl TableFile {
         let range = workbook.range_from(range, is_heading).map_err(failed)?;
         let sheet = Sheet { first_column: range.columns.0 as usize, texts: BTreeMap::new() };
         let name = place.sheet.clone().unwrap_or_default();
-        let mut table = Self::new(place.file.clone(), Source::Sheet(name, sheet), Dialect::of_sheets());
+        let mut table =
+            Self::new(place.file.clone(), Source::Sheet(name, sheet), Dialect::of_sheets().with_missing(missing));
         let mut rows = Rows::Sheet(Box::new(workbook.rows(range).map_err(failed)?));
-        table.read_rows(&mut rows, headings, diagnostics)?;
+        table.read_rows(&mut rows, headings, false, diagnostics)?;
         for (column, clock) in rows.clocks() {
             if let Some(column) = table.columns.get_mut(column) {
                 column.clock = Some(clock);
@@ -217,11 +226,19 @@ impl TableFile {
         Self { file, source, dialect, columns: Vec::new(), rows: Vec::new(), numbers: Vec::new() }
     }
 
-    fn read_rows(&mut self, rows: &mut Rows<'_>, headings: Headings<'_>, diagnostics: &Diagnostics) -> ReadResult<()> {
+    /// `has_units` says that a line of units follows the headings, whatever they are.
+    fn read_rows(
+        &mut self,
+        rows: &mut Rows<'_>,
+        headings: Headings<'_>,
+        has_units: bool,
+        diagnostics: &Diagnostics,
+    ) -> ReadResult<()> {
         let mut record = csv::StringRecord::new();
         let mut faulty = Ok(());
         let mut met = 0;
-        let mut has_units = false;
+        let (expects_units, mut has_units) = (has_units, false);
+        let mut kinds: Vec<ColumnKind> = Vec::new();
         while met < MAX_ERRORS
             && let Some(row) = rows.next(&mut record).map_err(|message| self.error_of_all(message, diagnostics))?
         {
@@ -231,6 +248,7 @@ impl TableFile {
             if self.columns.is_empty() {
                 self.columns = self.read_headings(row, &record, headings, diagnostics)?;
                 rows.set_columns(self.columns.len());
+                kinds.resize_with(self.columns.len(), ColumnKind::default);
                 continue;
             }
             let count = self.columns.len();
@@ -248,7 +266,7 @@ impl TableFile {
             let cells = record.iter().take(count);
             if self.rows.is_empty() && !has_units && self.dialect.is_row_of_text(cells.clone()) {
                 let units = cells.map(|cell| cell.trim().trim_matches(['(', ')', '[', ']']));
-                has_units = units.clone().any(is_unit);
+                has_units = expects_units || units.clone().any(is_unit);
                 if has_units {
                     for (column, unit) in self.columns.iter_mut().zip(units).filter(|(_, unit)| !unit.is_empty()) {
                         column.unit = Some(unit.to_owned());
@@ -261,12 +279,15 @@ impl TableFile {
                 .map_err(|message| diagnostics.record(&self.location(row, 0), message))?;
             self.rows.push(row);
             for (column, cell) in record.iter().take(count).enumerate() {
-                let number = self.dialect.number(cell);
+                let number = kinds[column].number(cell, self.dialect.number(cell), NOT_FINITE);
                 if number == NOT_FINITE {
                     self.source.keep(row, column, cell, MAX_ERRORS);
                 }
                 self.numbers.push(number);
             }
+        }
+        for (column, kind) in self.columns.iter_mut().zip(&kinds) {
+            column.clock = kind.clock();
         }
         faulty?;
         let Some(time) = self.columns.first() else {
@@ -357,9 +378,24 @@ impl TableFile {
             (Some(_), None) => Ok((1.0, 0.0)),
             (None, Some(stated)) => Ok(stated),
             (None, None) => {
+                if let (None, Some((row, text))) = (&column.unit, self.first_text(time.column.index)) {
+                    let message = format!(
+                        "times {:?}: expected numbers, or clock times such as \"2025-03-30 01:59:30\" or \"01:59:30\", \
+                         found {text:?}",
+                        column.heading
+                    );
+                    return Err(diagnostics.record(&self.cell_location(row, time.column.index), message));
+                }
                 unit_scale(column, Dimension::Time, diagnostics, "expected a first column such as \"time_s\"")
             }
         }
+    }
+
+    /// The row and the text of the first cell of a column that is not a number.
+    fn first_text(&self, column: usize) -> Option<(usize, String)> {
+        let mut cells = self.numbers.chunks_exact(self.columns.len()).map(|cells| cells[column]);
+        let row = cells.position(|number| number == NOT_FINITE)?;
+        Some((row, self.source.text(&self.dialect, self.rows[row], column)))
     }
 
     /// The name of the file in messages.
@@ -458,10 +494,11 @@ impl TableFile {
                 let message = format!("times {rule}: {time_s} s follows {last_s} s");
                 diagnostics.record(&self.cell_location(row, time), message)
             } else if !dimension.is_allowed(si_value) {
-                diagnostics.record(
-                    &self.cell_location(row, column),
-                    format!("{} K is {}", readable(si_value), dimension.violation(si_value)),
-                )
+                let (value, violation) = (readable(si_value), dimension.violation(si_value));
+                let code = readable(cells[column]);
+                let message =
+                    format!("{value} K is {violation}; if {code} marks a missing value, state `missing = [{code}]`");
+                diagnostics.record(&self.cell_location(row, column), message)
             } else {
                 last_s = time_s;
                 times_s.push(time_s);
@@ -527,6 +564,8 @@ impl TableFile {
         let text = &self.source.text(&self.dialect, self.rows[row], column);
         let message = if self.numbers[row * self.columns.len() + column].is_nan() {
             format!("missing time: expected a number, found {text:?}")
+        } else if self.columns[column].clock.is_some() {
+            format!("expected a time written as those before, found {text:?}")
         } else {
             format!("expected a finite number, found {text:?}{}", self.dialect.number_hint(text))
         };
@@ -561,6 +600,24 @@ fn split_heading(heading: &str) -> (&str, Option<&str>) {
         Some((suffix, unit)) => (&heading[..heading.len() - suffix.len()], Some(unit)),
         None => (heading, None),
     }
+}
+
+/// Whether a text is a file of a logger of Campbell Scientific, in the format TOA5: lines of the station, of headings,
+/// of units and of processing, then rows.
+fn is_toa5(text: &str) -> bool {
+    text.lines().next().is_some_and(|line| line.split(',').next().is_some_and(|cell| cell.trim_matches('"') == "TOA5"))
+}
+
+/// The lines of the station and of processing, from zero.
+const TOA5_LINES_WITHOUT_DATA: [usize; 2] = [0, 3];
+
+/// Make lines empty, so that the numbers of the others stay the same.
+fn blank_lines(text: &mut String, lines: &[usize]) {
+    let kept = text.split_inclusive('\n').enumerate().map(|(index, line)| match lines.contains(&index) {
+        true => &line[line.trim_end_matches('\n').len()..],
+        false => line,
+    });
+    *text = kept.collect();
 }
 
 /// Whether a cell is this heading, with or without its unit.

@@ -3,7 +3,9 @@
 mod chosen_columns;
 mod correlation;
 mod imported;
+mod loggers;
 mod marks;
+mod named;
 mod observed;
 mod paper;
 mod pyrometers;

@@ -28,6 +28,34 @@ pub(super) fn parse_toml(
     Ok(root)
 }
 
+/// The text of a table: in Windows-1252, which has the letters of Latin-1, if it is not in UTF-8. A note says so.
+pub(super) fn decode_table(
+    bytes: io::Result<Vec<u8>>,
+    label: &str,
+    limit: &Limit,
+    diagnostics: &Diagnostics,
+) -> ReadResult<String> {
+    let is_utf_16 = |bytes: &[u8]| bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
+    let bytes = bytes.map(|bytes| match str::from_utf8(&bytes) {
+        Err(error) if !is_utf_16(&bytes) => {
+            let message = format!("read as Windows-1252 (Latin-1): byte {} is not UTF-8", error.valid_up_to());
+            diagnostics.record_note(&SourceLocation::without_line(label), message);
+            bytes.into_iter().map(windows_1252).collect::<String>().into_bytes()
+        }
+        _ => bytes,
+    });
+    decode_text_file(bytes, label, limit, diagnostics)
+}
+
+/// A character of Windows-1252, as the WHATWG Encoding Standard has it.
+fn windows_1252(byte: u8) -> char {
+    const FROM_0X80: [char; 32] = [
+        '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}', '\u{90}', '‘',
+        '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
+    ];
+    FROM_0X80.get(usize::from(byte).wrapping_sub(0x80)).copied().unwrap_or(char::from(byte))
+}
+
 /// The text of a file in UTF-8, or in UTF-16 with a byte-order mark; the mark is removed. `limit` is in MiB.
 pub(super) fn decode_text_file(
     bytes: io::Result<Vec<u8>>,
@@ -60,7 +88,8 @@ fn decode_bytes(bytes: Vec<u8>) -> Result<String, String> {
         [0xfe, 0xff, ..] => u16::from_be_bytes,
         _ => {
             let text = String::from_utf8(bytes);
-            let mut text = text.map_err(|error| format!("byte {} is not UTF-8", error.utf8_error().valid_up_to()))?;
+            let mut text = text
+                .map_err(|error| format!("byte {} is not UTF-8: save it as UTF-8", error.utf8_error().valid_up_to()))?;
             if text.starts_with('\u{feff}') {
                 text.remove(0);
             }

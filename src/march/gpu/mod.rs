@@ -298,8 +298,9 @@ impl Gpu {
 
 impl March for Gpu {
     fn backend(&self) -> Backend {
-        let Device { name, driver, .. } = &self.device;
-        Backend { name: name.clone(), kind: "gpu", driver: Some(driver.clone()), precision: self.precision }
+        let Device { name, driver, is_software, .. } = &self.device;
+        let kind = if *is_software { "software" } else { "gpu" };
+        Backend { name: name.clone(), kind, driver: Some(driver.clone()), precision: self.precision }
     }
 
     fn capacity(&self, plan: &Plan) -> usize {

@@ -19,6 +19,7 @@ use crate::case::Case;
 use crate::study::twin::SyntheticData;
 use lock::{PathLock, Sharing};
 use publish::publish;
+use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -35,6 +36,10 @@ pub struct OutputFolder {
     /// Names of the files written apart from the report.
     reserved: Vec<String>,
     figure_formats: Vec<FigureFormat>,
+    /// Whether files of the user may be overwritten.
+    force: bool,
+    /// Files of the user that got another name, with it.
+    renamed: RefCell<Vec<(PathBuf, PathBuf)>>,
     _lock: PathLock,
     place: Place,
 }
@@ -114,7 +119,8 @@ impl OutputFolder {
         let place = Place::open(path, case, force)?;
         let lock = place.lock(Sharing::Exclusive)?;
         let staged = TemporaryPath::new_in(&place.workspace);
-        Ok(Self { staged, reserved: Vec::new(), figure_formats: Vec::new(), _lock: lock, place })
+        let (reserved, figure_formats, renamed) = (Vec::new(), Vec::new(), RefCell::default());
+        Ok(Self { staged, reserved, figure_formats, force, renamed, _lock: lock, place })
     }
 
     /// Write figures in these formats too, beside SVG.
@@ -144,6 +150,11 @@ impl OutputFolder {
         self.place.workspace.join(format!("{name}.checkpoint"))
     }
 
+    /// Files of the user that had the name of a file of the report, with the name under which they stay.
+    pub fn renamed(&self) -> Vec<(PathBuf, PathBuf)> {
+        self.renamed.borrow().clone()
+    }
+
     /// Names of the files claimed so far.
     pub fn reserved(&self) -> &[String] {
         &self.reserved
@@ -161,6 +172,9 @@ impl OutputFolder {
             let parent = path.parent().unwrap_or(staged);
             fs::create_dir_all(parent).map_err(io_error("making", parent))?;
             write_durably(&path, bytes)?;
+        }
+        if !self.force {
+            self.renamed.borrow_mut().extend(publish::keep_own_files(staged, &self.place.real_path)?);
         }
         publish(staged, &self.place.real_path, &self.place.workspace, &self.reserved)?;
         Ok(files.iter().map(|(name, _)| self.place.path.join(name)).collect())
@@ -304,9 +318,34 @@ mod tests {
         let open = || OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a folder of this case");
         write(&outcomes.answers("study"), &open()).expect("it can be written");
         fs::write(scratch.0.join("notes.txt"), "mine").expect("a file of the analyst");
-        write(&outcomes.answers("predict"), &open()).expect("it can be written");
+        let folder = open();
+        write(&outcomes.answers("predict"), &folder).expect("it can be written");
+        assert!(folder.renamed().is_empty());
+        drop(folder);
         assert!(!scratch.0.join("iterations.csv").exists(), "a table of the first report is still there");
         assert!(scratch.0.join("traces.csv").exists() && scratch.0.join("notes.txt").exists());
+    }
+
+    #[test]
+    fn a_file_of_the_user_with_the_name_of_a_file_of_the_report_stays_under_another_name() {
+        let scratch = Scratch::new("own-names");
+        let outcomes = fixture::outcomes();
+        let names = ["report.html", "traces.csv", "figures/nominal.svg"];
+        for (force, left) in [(false, true), (true, false)] {
+            let out = scratch.0.join(format!("{force}"));
+            fs::create_dir_all(out.join("figures")).expect("a folder");
+            names.iter().for_each(|name| fs::write(out.join(name), "mine").expect("a file"));
+            for round in 0..2 {
+                let folder = OutputFolder::open(&out, "lcat-2259", force).expect("a folder without a report");
+                write(&outcomes.answers("predict"), &folder).expect("it can be written");
+                assert_eq!(folder.renamed().len(), if left && round == 0 { names.len() } else { 0 });
+            }
+            for name in names {
+                assert_ne!(fs::read(out.join(name)).expect("a file of the report"), b"mine", "{name}");
+                let own = fs::read(out.join(format!("{name}.~1~"))).ok();
+                assert_eq!(own.as_deref(), left.then_some(&b"mine"[..]), "{name}");
+            }
+        }
     }
 
     #[test]

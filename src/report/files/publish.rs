@@ -8,17 +8,21 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
+/// Names the files of a report while they are replaced one by one, so that those of a process that was killed meanwhile
+/// are not taken for the user's.
+const UNFINISHED: &str = ".summary.json";
+
 /// Most files of the user that are linked into the new folder; with more of them, files are replaced one by one.
 const MAX_LINKED_FILES: usize = 10_000;
 
 /// The case of the report in a folder, if there is one.
 pub(super) fn case_of(folder: &Path) -> Result<Option<String>, ReportError> {
     let unreadable = || "an unreadable summary".to_owned();
-    Ok(summary(folder)?.map(|summary| summary["case"].as_str().map_or_else(unreadable, str::to_owned)))
+    Ok(listing(folder, SUMMARY)?.map(|summary| summary["case"].as_str().map_or_else(unreadable, str::to_owned)))
 }
 
-fn summary(folder: &Path) -> Result<Option<serde_json::Value>, ReportError> {
-    let path = folder.join(SUMMARY);
+fn listing(folder: &Path, name: &str) -> Result<Option<serde_json::Value>, ReportError> {
+    let path = folder.join(name);
     if !path.is_file() {
         return Ok(None);
     }
@@ -28,9 +32,13 @@ fn summary(folder: &Path) -> Result<Option<serde_json::Value>, ReportError> {
 
 /// Names of the files of the report in a folder.
 fn report_files(folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
-    let Some(summary) = summary(folder)? else { return Ok(Vec::new()) };
-    let names = summary["files"].as_array().into_iter().flatten().filter_map(|name| name.as_str());
-    Ok(names.chain([SUMMARY]).filter(|name| is_inside(name)).map(PathBuf::from).collect())
+    let mut found = Vec::new();
+    for name in [SUMMARY, UNFINISHED] {
+        let Some(listed) = listing(folder, name)? else { continue };
+        let names = listed["files"].as_array().into_iter().flatten().filter_map(|name| name.as_str());
+        found.extend(names.chain([name]).filter(|name| is_inside(name)).map(PathBuf::from));
+    }
+    Ok(found)
 }
 
 /// The folder for the lock and the temporary files of an output folder: the one above, so that the whole can be
@@ -70,6 +78,30 @@ pub(super) fn publish(staged: &Path, folder: &Path, workspace: &Path, kept: &[St
         return Ok(());
     }
     replace_files(staged, folder, &earlier)
+}
+
+/// Give the files of `folder` that have the name of a file in `staged`, and are not of a report, another name: that of
+/// a numbered backup. A study is not worth less because of them, so they are no error.
+pub(super) fn keep_own_files(staged: &Path, folder: &Path) -> Result<Vec<(PathBuf, PathBuf)>, ReportError> {
+    let earlier = report_files(folder)?;
+    let new = entries(staged).map_err(io_error("reading", staged))?;
+    let mut renamed = Vec::new();
+    for entry in new.iter().filter(|entry| !earlier.contains(entry)) {
+        let own = folder.join(entry);
+        if own.symlink_metadata().is_err() || (own.is_dir() && staged.join(entry).is_dir()) {
+            continue;
+        }
+        let backup = |number: usize| {
+            let mut name = own.clone().into_os_string();
+            name.push(format!(".~{number}~"));
+            PathBuf::from(name)
+        };
+        let free = (1..).map(backup).find(|path| path.symlink_metadata().is_err());
+        let free = free.expect("a folder has fewer files than numbers");
+        fs::rename(&own, &free).map_err(io_error("renaming", &own))?;
+        renamed.push((own, free));
+    }
+    Ok(renamed)
 }
 
 /// Link the files of `folder` that are not of the earlier report into `staged`, unless it has its own.
@@ -128,8 +160,14 @@ fn exchange(_one: &Path, _other: &Path) -> io::Result<()> {
 fn replace_files(staged: &Path, folder: &Path, earlier: &[PathBuf]) -> Result<(), ReportError> {
     let mut new = entries(staged).map_err(io_error("reading", staged))?;
     new.sort_by_key(|entry| entry == Path::new(SUMMARY));
+    let unfinished = folder.join(UNFINISHED);
+    let files = new.iter().filter(|entry| !staged.join(entry).is_dir());
+    let names: Vec<_> = earlier.iter().chain(files).map(|name| name.to_string_lossy()).collect();
+    fs::create_dir_all(folder).map_err(io_error("making", folder))?;
+    fs::write(&unfinished, serde_json::json!({ "files": names }).to_string())
+        .map_err(io_error("writing", &unfinished))?;
     remove_file(&folder.join(SUMMARY))?;
-    for file in earlier.iter().filter(|file| !new.contains(file)) {
+    for file in earlier.iter().filter(|file| !new.contains(file) && *file != Path::new(UNFINISHED)) {
         remove_file(&folder.join(file))?;
     }
     for entry in &new {
@@ -140,6 +178,7 @@ fn replace_files(staged: &Path, folder: &Path, earlier: &[PathBuf]) -> Result<()
             fs::rename(&from, &to).map_err(io_error("renaming to", &to))?;
         }
     }
+    remove_file(&unfinished)?;
     sync_folders(folder);
     Ok(())
 }

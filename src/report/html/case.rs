@@ -155,8 +155,15 @@ fn materials(case: &Case) -> String {
         .filter(|material| !material.note.is_empty())
         .map(|material| format!("{}: {}", material.name, material.note))
         .collect();
+    let origin = |material: &&Material| {
+        let from = case.material_origin(material).map_or("values", |origin| origin);
+        vec![material.name.clone(), material.id.clone(), from.to_owned()]
+    };
+    let origins: Vec<Vec<String>> = seen.iter().map(origin).collect();
     let head = ["Material", "Property", "Value or range", "Mark", "Standard uncertainty", "Source"];
-    table("Materials and sources of their properties", &head, &rows) + &list(&notes)
+    table("Materials and sources of their properties", &head, &rows)
+        + &list(&notes)
+        + &table("Files of the materials", &["Material", "Id", "From"], &origins)
 }
 
 fn provenance_row(material: &Material, property: &str, known: String, provenance: &Provenance) -> Vec<String> {

@@ -4,6 +4,7 @@
 //! the build), and as a static SVG image for print and for browsers without scripts.
 
 mod case;
+mod content_policy;
 mod files;
 mod provenance;
 mod sections;
@@ -40,7 +41,7 @@ pub(super) fn page(
         .collect();
     format!(
         "<!DOCTYPE html>\n<html lang=\"en-GB\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         {policy}<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<script>\n{THEME_SCRIPT}</script>\n<style>\n{STYLE}</style>\n\
          <noscript><style>.chart {{ display: none; }} .still {{ display: block; }}</style></noscript>\n\
          </head>\n<body>\n\
@@ -48,6 +49,7 @@ pub(super) fn page(
          <button type=\"button\" id=\"theme\" hidden></button>\n</nav>\n<main>\n{summary}{body}</main>\n\
          {plotly}\n<script type=\"application/json\" id=\"charts\">{charts}</script>\n\
          <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        policy = content_policy::element(&[&format!("\n{THEME_SCRIPT}"), &format!("\n{SCRIPT}")]),
         title = escaped(&format!("{}: {}", answers.name(), answers.question)),
         header = header(answers),
         summary = summary(answers),

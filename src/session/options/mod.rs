@@ -22,7 +22,7 @@ pub use uncertainty::UncertaintyOptions;
 
 use super::error::{InputError, SessionError};
 use crate::case::{Bounds, Case};
-use crate::limits::{Limit, THREADS};
+use crate::limits::{Limit, THREADS, check_thread_variable};
 use crate::march::Precision;
 use crate::march::backend_selection::{BackendKind, BackendOptions};
 use crate::march::cpu::InstructionSet;
@@ -167,6 +167,9 @@ impl Options {
         }
         if self.threads == Some(0) {
             return Err(InputError::for_option("threads", " 0: expected at least 1").into());
+        }
+        if self.threads.is_none() {
+            check_thread_variable().map_err(InputError::general)?;
         }
         check_limit(&THREADS, self.threads.unwrap_or(1) as f64, "threads")
     }

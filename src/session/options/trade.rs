@@ -88,7 +88,7 @@ impl PlyChoice {
         }
         let mut found: Vec<Arc<Material>> = Vec::with_capacity(materials.len());
         for id in materials {
-            let material = case.material_named(id).map_err(|error| fault(error.to_string()))?;
+            let material = case.material_named(id).map_err(fault)?;
             if found.iter().any(|other| other.id == material.id) {
                 return Err(fault(format!("the material {id:?} is named twice")).into());
             }

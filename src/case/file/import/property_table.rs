@@ -3,7 +3,7 @@
 use super::ImportRecord;
 use super::material_text::{Property, provenance, quoted};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
-use crate::case::file::table_file::{ChosenColumn, Headings, SheetChoice, TableFile};
+use crate::case::file::table_file::{ChosenColumn, Headings, TableChoice, TableFile};
 use crate::case::input_files::InputFile;
 use crate::case::unit::{Dimension, parse_quantity, unit_conversion};
 use crate::case::{OutOfRange, Table};
@@ -48,7 +48,7 @@ pub(super) fn material_text(
     let table = TableFile::read(
         bytes,
         &label,
-        SheetChoice::default(),
+        TableChoice::default(),
         Headings::Chosen(Some(columns.temperature)),
         diagnostics,
     )?;

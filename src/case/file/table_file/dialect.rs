@@ -4,13 +4,15 @@
 pub(super) const NOT_FINITE: f64 = f64::INFINITY;
 
 /// Words for a missing value, in upper or lower case; an empty cell is one too.
-const MISSING_VALUES: [&str; 3] = ["nan", "na", "n/a"];
+const MISSING_VALUES: [&str; 4] = ["nan", "na", "n/a", "#n/a"];
 
 #[derive(Debug)]
 pub(super) struct Dialect {
     separator: char,
     /// The decimal mark of the numbers so far; `None` before the first one.
     decimal_mark: Option<char>,
+    /// Codes of missing values that the case states, each with its number if it is one.
+    missing: Vec<(String, Option<f64>)>,
 }
 
 impl Dialect {
@@ -18,13 +20,29 @@ impl Dialect {
     pub(super) fn detect(text: &str) -> Self {
         let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
         let has = |separator: &char| outside_quotes(heading).any(|(_, c)| c == *separator);
-        Self { separator: [';', '\t'].into_iter().find(has).unwrap_or(','), decimal_mark: None }
+        let separator = [';', '\t'].into_iter().find(has).unwrap_or(',');
+        Self { separator, decimal_mark: None, missing: Vec::new() }
     }
 
     /// The dialect of the cells of a sheet, which may be text with a decimal comma.
     #[cfg(feature = "xlsx")]
     pub(super) fn of_sheets() -> Self {
-        Self { separator: '\t', decimal_mark: None }
+        Self { separator: '\t', decimal_mark: None, missing: Vec::new() }
+    }
+
+    /// The same, in which these cells have no value.
+    pub(super) fn with_missing(self, codes: Vec<String>) -> Self {
+        let missing = codes.into_iter().map(|code| {
+            let number = code.parse().ok();
+            (code, number)
+        });
+        Self { missing: missing.collect(), ..self }
+    }
+
+    /// Whether a cell is a word for a missing value.
+    fn is_missing(&self, cell: &str) -> bool {
+        let mut words = MISSING_VALUES.into_iter().chain(self.missing.iter().map(|(code, _)| code.as_str()));
+        words.any(|missing| cell.eq_ignore_ascii_case(missing))
     }
 
     pub(super) fn reader<'t>(&self, text: &'t str) -> csv::Reader<&'t [u8]> {
@@ -95,12 +113,17 @@ impl Dialect {
     /// mark than the numbers before.
     pub(super) fn number(&mut self, cell: &str) -> f64 {
         let cell = cell.trim();
-        if cell.is_empty() || MISSING_VALUES.iter().any(|missing| cell.eq_ignore_ascii_case(missing)) {
+        if cell.is_empty() {
             return f64::NAN;
         }
         let mark = if self.separator != ',' && cell.contains(',') { ',' } else { '.' };
         let parsed = if mark == ',' { parse_decimal_comma(cell) } else { cell.parse().ok() };
-        let Some(number) = parsed.filter(|number: &f64| number.is_finite()) else { return NOT_FINITE };
+        let Some(number) = parsed.filter(|number: &f64| number.is_finite()) else {
+            return if self.is_missing(cell) { f64::NAN } else { NOT_FINITE };
+        };
+        if self.missing.iter().any(|(_, code)| *code == Some(number)) {
+            return f64::NAN;
+        }
         if self.separator != ',' && cell.contains(mark) && *self.decimal_mark.get_or_insert(mark) != mark {
             return NOT_FINITE;
         }
@@ -112,7 +135,7 @@ impl Dialect {
         let mut has_text = false;
         for cell in cells.map(str::trim).filter(|cell| !cell.is_empty()) {
             let starts_as_number = cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-            if starts_as_number || MISSING_VALUES.iter().any(|missing| cell.eq_ignore_ascii_case(missing)) {
+            if starts_as_number || self.is_missing(cell) {
                 return false;
             }
             has_text = true;
@@ -131,7 +154,7 @@ impl Dialect {
         } else if cell.contains(MARKS) && is_number(&cell.replace(MARKS, "")) {
             ": numbers must have no thousands separators"
         } else {
-            ""
+            "; if it marks a missing value, state it in `missing`"
         }
     }
 

@@ -106,7 +106,14 @@ pub(super) struct SheetRows<'w> {
 /// Numbers, or times with the serial number from which they count.
 enum Kind {
     Numbers,
-    Times { origin_days: f64, are_durations: bool, clock: String },
+    Times {
+        origin_days: f64,
+        are_durations: bool,
+        clock: String,
+        /// The last time of day with the midnights before it, days.
+        last_days: f64,
+        midnights: f64,
+    },
 }
 
 impl<'w> SheetRows<'w> {
@@ -212,14 +219,24 @@ impl<'w> SheetRows<'w> {
         }
         let kind = self.kinds.entry(column).or_insert_with(|| {
             if time.is_duration() {
-                Kind::Times { origin_days: 0.0, are_durations: true, clock: "durations in seconds".to_owned() }
+                let clock = "durations in seconds".to_owned();
+                Kind::Times { origin_days: 0.0, are_durations: true, clock, last_days: 0.0, midnights: 0.0 }
             } else {
                 let clock = format!("dates or times of day, as seconds since the first, {}", date(time));
-                Kind::Times { origin_days: days, are_durations: false, clock }
+                Kind::Times { origin_days: days, are_durations: false, clock, last_days: days, midnights: 0.0 }
             }
         });
         match kind {
-            Kind::Times { origin_days, are_durations, .. } if *are_durations == time.is_duration() => {
+            Kind::Times { origin_days, are_durations, last_days, midnights, .. }
+                if *are_durations == time.is_duration() =>
+            {
+                let mut days = days;
+                // Without a date, a time of day more than half a day before the last one is of the next day.
+                if !*are_durations && *origin_days < 1.0 && days < 1.0 {
+                    *midnights += f64::from(*last_days - (days + *midnights) > 0.5);
+                    days += *midnights;
+                    *last_days = days;
+                }
                 let steps = (days - *origin_days) * SECONDS_PER_DAY * TIME_STEPS_PER_SECOND;
                 (steps.round() / TIME_STEPS_PER_SECOND).to_string()
             }

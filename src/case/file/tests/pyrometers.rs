@@ -8,7 +8,7 @@ const SENSOR: &str = "name = \"TC2\"\ndepth = \"2 mm\"";
 
 fn pyrometer(keys: &str) -> Result<Option<Pyrometer>, String> {
     let text = VALID_CASE.replacen(SENSOR, &format!("name = \"TC2\"\nkind = \"pyrometer\"\n{keys}"), 1);
-    let case = Case::from_toml(&text, "case", &BTreeMap::new()).map_err(|error| error.to_string())?;
+    let case = Case::from_toml(&text, "case", &BTreeMap::<String, String>::new()).map_err(|error| error.to_string())?;
     Ok(case.sensors[1].pyrometer)
 }
 
@@ -60,7 +60,8 @@ fn a_pyrometer_needs_a_face_whose_radiation_follows_from_its_temperature() {
     let of = |from: &str, to: &str| {
         let text = VALID_CASE.replacen(SENSOR, sensor, 1);
         assert_eq!(text.matches(from).count(), 1, "{from:?}");
-        Case::from_toml(&text.replacen(from, to, 1), "case", &BTreeMap::new()).map_err(|error| error.to_string())
+        Case::from_toml(&text.replacen(from, to, 1), "case", &BTreeMap::<String, String>::new())
+            .map_err(|error| error.to_string())
     };
     let message = |from, to| of(from, to).expect_err(to);
     let flux = r#"kind = "heated"
@@ -76,7 +77,11 @@ flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }
         let text = text.replacen("contact_conductance = \"500 W/m^2/K\"", charring, 1);
         let text = text.replacen("thickness = \"3 mm\"", "thickness = \"3 mm\"\ndecomposition = false", 1);
         let text = text.replacen("kind = \"heated\"", &format!("kind = \"heated\"\n{emissivity}"), 1);
-        Case::from_toml(&format!("{text}[gas]\nflow = \"quasi-steady\"\ngas = \"tacot\"\n"), "case", &BTreeMap::new())
+        Case::from_toml(
+            &format!("{text}[gas]\nflow = \"quasi-steady\"\ngas = \"tacot\"\n"),
+            "case",
+            &BTreeMap::<String, String>::new(),
+        )
     };
     let message = mixed("").expect_err("two emissivities").to_string();
     assert!(message.contains("the emissivity of ply \"TOP\" changes as it decomposes"), "{message}");

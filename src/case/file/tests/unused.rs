@@ -61,7 +61,7 @@ fn a_contact_conductance_of_a_single_ply_is_refused_and_a_perfect_contact_accept
              [[sensor]]\nname = \"T\"\ndepth = \"0 mm\"\n\
              [hot_face]\nkind = \"held\"\ntemperature = \"400 K\"\n"
         );
-        Case::from_toml(&text, "one", &BTreeMap::new()).map(|case| case.layup.plies.len())
+        Case::from_toml(&text, "one", &BTreeMap::<String, String>::new()).map(|case| case.layup.plies.len())
     };
     let message = of("500 W/m^2/K").expect_err("no interface").to_string();
     assert!(
