@@ -142,7 +142,7 @@ const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
 ///
 /// # Errors
 /// The variable is set, and is no number from 0, for as many threads as cores, to the limit.
-pub fn check_thread_variable() -> Result<(), String> {
+pub(crate) fn check_thread_variable() -> Result<(), String> {
     let Some(set) = std::env::var_os(THREADS_VARIABLE) else { return Ok(()) };
     let set = set.to_string_lossy();
     let fault = |message: String| format!("{THREADS_VARIABLE}={set}: {message}");
