@@ -159,7 +159,7 @@ impl March for Counting {
 fn a_posterior_reports_the_members_marched_with_tangents_and_with_differences() {
     let case = observed(coarse("lcat-2259-tc3"), "TC4", &[]);
     let (found, plan) = (estimated(&case, &[]), Plan::new(&case));
-    let walkers = Walkers { number: 10, iterations: 20, seed: 1 };
+    let walkers = Walkers { number: 24, iterations: 20, seed: 1 };
     let counts = [true, false].map(|has_tangents| {
         let mut march = Counting { march: Cpu::new(Precision::F64), has_tangents, members: 0 };
         let drawn = posterior(&[(&case, &plan)], &mut march, &found, &walkers).expect("a posterior");
@@ -192,5 +192,5 @@ fn too_few_walkers_to_span_the_factors_are_an_error() {
     let found = estimated(&case, &[]);
     let few = Walkers { number: 4, ..WALKERS };
     let refused = posterior(&[(&case, &plan)], &mut march, &found, &few).expect_err("too few");
-    assert!(matches!(refused, PosteriorError::TooFewWalkers { least: 6, .. }), "{refused}");
+    assert!(matches!(refused, PosteriorError::TooFewWalkers { least: 24, .. }), "{refused}");
 }

@@ -119,7 +119,7 @@ def test_wrong_options_of_divided_studies_are_refused_before_anything_is_sent(
 
 
 def test_chains_of_several_seeds_are_those_of_one_process(client: Client, slab: bondline.Case) -> None:
-    options: dict[str, Any] = {"factors": ["f_k", "f_cp"], "walkers": 8, "mcmc_iterations": 60}
+    options: dict[str, Any] = {"factors": ["f_k", "f_cp"], "walkers": 24, "mcmc_iterations": 60}
     found = bondline.dask.posterior(slab, [1, 2], client=client, **options)
     for chain, seed in enumerate([1, 2]):
         alone = slab.estimate(posterior=True, seed=seed, **options).draws

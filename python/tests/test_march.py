@@ -92,6 +92,6 @@ def test_a_result_shows_a_table_and_a_chart(slab: bondline.Case) -> None:
 
 def test_a_shipped_case_with_a_posterior_gives_its_draws() -> None:
     case = bondline.Case.load(CASES / "slab").on(backend="cpu")
-    found = case.estimate(factors=["f_k", "f_cp"], posterior=True, walkers=8, mcmc_iterations=100)
+    found = case.estimate(factors=["f_k", "f_cp"], posterior=True, walkers=24, mcmc_iterations=100)
     assert list(found.draws.columns) == ["f_k", "f_cp"]
     assert found.draws["f_cp"].mean() == pytest.approx(found.values[1], abs=0.01)

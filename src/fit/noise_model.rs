@@ -187,20 +187,49 @@ impl NoiseProcess {
 
     /// `XᵀΣX` of the exponential process at unit variance.
     fn exponential_score_covariance(&self, jacobian: &DMatrix<f64>, correlation_time: f64) -> DMatrix<f64> {
-        let mut sum = jacobian.tr_mul(jacobian);
-        let mut row = 0;
+        let rows = jacobian.transpose();
+        let mut rows = rows.column_iter();
+        let mut sum = ScoreSum::new(jacobian.ncols(), correlation_time);
         for gaps in &self.gaps {
-            let mut before = DVector::zeros(jacobian.ncols());
-            for gap in gaps {
-                before = (before + jacobian.row(row).transpose()) * exponential_correlation(*gap, correlation_time);
-                row += 1;
-                let here = jacobian.row(row);
-                let product = &before * here;
-                sum += &product + product.transpose();
-            }
-            row += 1;
+            // The noise of a trace is independent of that of the one before.
+            let steps = std::iter::once(f64::INFINITY).chain(gaps.iter().copied());
+            steps.zip(rows.by_ref()).for_each(|(gap, row)| sum.add(gap, row.as_slice()));
         }
-        sum
+        let triangle = &sum.triangle;
+        DMatrix::from_fn(jacobian.ncols(), jacobian.ncols(), |i, j| {
+            let (row, column) = (i.max(j), i.min(j));
+            triangle[row * (row + 1) / 2 + column]
+        })
+    }
+}
+
+/// `XᵀΣX` of the exponential process at unit variance, summed over the rows of X in the order of time.
+#[derive(Clone, Debug)]
+pub(crate) struct ScoreSum {
+    correlation_time: f64,
+    /// Sum of the rows so far, each times its correlation with the last one.
+    carried: Vec<f64>,
+    /// Lower triangle, row by row.
+    pub triangle: Vec<f64>,
+}
+
+impl ScoreSum {
+    pub(crate) fn new(variables: usize, correlation_time: f64) -> Self {
+        Self { correlation_time, carried: vec![0.0; variables], triangle: vec![0.0; variables * (variables + 1) / 2] }
+    }
+
+    /// Adds the row that comes a gap after the last one; infinite for an independent one.
+    pub(crate) fn add(&mut self, gap: f64, row: &[f64]) {
+        let correlation = exponential_correlation(gap, self.correlation_time);
+        self.carried.iter_mut().for_each(|carried| *carried *= correlation);
+        let mut entry = 0;
+        for (i, &one) in row.iter().enumerate() {
+            for (j, &other) in row[..=i].iter().enumerate() {
+                self.triangle[entry] += one * other + (self.carried[i] * other + one * self.carried[j]);
+                entry += 1;
+            }
+        }
+        self.carried.iter_mut().zip(row).for_each(|(carried, value)| *carried += value);
     }
 }
 
@@ -295,4 +324,26 @@ fn column_basis(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let floor = super::identifiability::RANK_TOLERANCE * svd.singular_values.max();
     let determined: Vec<usize> = (0..used.len()).filter(|&k| svd.singular_values[k] > floor).collect();
     q * u.select_columns(&determined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two traces of three and four samples, whose noise is independent.
+    #[test]
+    fn the_score_covariance_is_that_of_the_correlation_matrix_of_all_traces() {
+        let traces = [vec![0.0, 1.0, 3.0], vec![0.0, 0.5, 2.0, 2.5]];
+        let samples: Vec<(usize, f64)> =
+            [0, 1].into_iter().flat_map(|trace: usize| traces[trace].iter().map(move |&time| (trace, time))).collect();
+        let jacobian = DMatrix::from_fn(7, 2, |i, j| ((3 * i + 5 * j) % 7) as f64 - 2.0);
+        let residuals = DVector::from_fn(7, |i, _| ((4 * i) % 5) as f64 - 2.0);
+        let correlation = DMatrix::from_fn(7, 7, |i, j| {
+            let ((trace, time), (other, then)) = (samples[i], samples[j]);
+            if trace == other { f64::exp(-(time - then).abs() / 2.0) } else { 0.0 }
+        });
+        let expected = jacobian.tr_mul(&(correlation * &jacobian));
+        let found = NoiseProcess::estimate(&residuals, &jacobian, &traces).exponential_score_covariance(&jacobian, 2.0);
+        assert!((&found - &expected).norm() < 1e-12 * expected.norm(), "{found} {expected}");
+    }
 }

@@ -1,9 +1,12 @@
 //! Optimal experimental design: the observations from which parameters are estimated best.
 //!
-//! Each candidate, such as a sensor at a depth, has a Fisher information matrix: the sum of the outer products of its
-//! derivatives by the parameters, over the standard deviation of its readings. The information of a set is the sum. It
-//! depends on the true parameters, so there is one matrix for each of many *members* drawn from their prior, and a
-//! criterion is averaged over the members or over the worst of them (Pronzato & Walter, Math. Biosci. 75, 1985).
+//! Each candidate, such as a sensor at a depth, has an information matrix `H = XᵀX`: the sum of the outer products of
+//! its derivatives by the parameters, over the standard deviation of its readings. The score `Xᵀr` of its readings has
+//! the covariance `K = XᵀΣX` with the correlation Σ of their noise, which is H for white noise. Both are sums over the
+//! candidates of a set, whose noise is independent, and least squares have the covariance `H⁻¹ K H⁻¹`, as in the [noise
+//! model](super::noise_model) of an estimate. It depends on the true parameters, so there are two matrices for each of
+//! many *members* drawn from their prior, and a criterion is averaged over the members or over the worst of them
+//! (Pronzato & Walter, Math. Biosci. 75, 1985).
 //!
 //! The best set of a size is found by exhaustion where there are few sets, else by exchanges from random starts
 //! (Fedorov 1972; Cook & Nachtsheim, Technometrics 22, 1980). Criteria: Atkinson, Donev & Tobias, *Optimum Experimental
@@ -15,8 +18,8 @@ pub use exchange::{OptimalSet, optimal_sets};
 
 use nalgebra::DMatrix;
 
-/// Information matrices of candidates: candidate × member × lower triangle, row by row. Parameters are in units of
-/// their prior standard deviations.
+/// Information and score covariance of candidates: candidate × member × the lower triangles of H and of K, row by row.
+/// Parameters are in units of their prior standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InformationTable {
     parameters: usize,
@@ -33,8 +36,8 @@ pub enum Criterion {
     D,
     /// Sum of the variances of the parameters.
     A,
-    /// Variance of a prediction.
-    I,
+    /// c-optimality (Elfving 1952): variance of one prediction, a linear combination of the parameters.
+    C,
 }
 
 /// How a criterion is taken over the members.
@@ -51,8 +54,8 @@ pub enum Robustness {
 /// Fraction of the members that [`Robustness::Worst`] averages.
 pub const WORST_FRACTION: f64 = 0.05;
 
-/// Information that is added to every matrix, in units of the prior: it bounds the variance of what is not determined
-/// by 10¹⁰ prior variances.
+/// Information that is added to every matrix, as of independent readings, in units of the prior: it bounds the variance
+/// of what is not determined by 10¹⁰ prior variances.
 const REGULARISATION: f64 = 1e-10;
 
 /// A criterion of a table.
@@ -64,14 +67,14 @@ pub struct Objective<'a> {
     pub criterion: Criterion,
     /// Over the members.
     pub robustness: Robustness,
-    /// Derivatives of the prediction by the parameters, member × parameter; for [`Criterion::I`].
+    /// Derivatives of the prediction by the parameters, member × parameter; for [`Criterion::C`].
     pub prediction: &'a [f64],
 }
 
 impl InformationTable {
     /// A table of zeros.
     pub fn new(parameters: usize, members: usize, candidates: usize) -> Self {
-        Self { parameters, members, values: vec![0.0; candidates * members * packed(parameters)] }
+        Self { parameters, members, values: vec![0.0; candidates * members * 2 * packed(parameters)] }
     }
 
     /// Number of parameters.
@@ -84,46 +87,52 @@ impl InformationTable {
         self.members
     }
 
-    /// The lower triangle of a candidate and member.
-    pub fn entry_mut(&mut self, candidate: usize, member: usize) -> &mut [f64] {
+    /// Set the lower triangles of a candidate and member: information, and covariance of the score.
+    pub fn set(&mut self, candidate: usize, member: usize, information: &[f64], scores: &[f64]) {
         let size = packed(self.parameters);
-        let start = (candidate * self.members + member) * size;
-        &mut self.values[start..start + size]
+        let start = (candidate * self.members + member) * 2 * size;
+        self.values[start..start + size].copy_from_slice(information);
+        self.values[start + size..start + 2 * size].copy_from_slice(scores);
     }
 
     fn entry(&self, candidate: usize, member: usize) -> &[f64] {
-        let size = packed(self.parameters);
+        let size = 2 * packed(self.parameters);
         let start = (candidate * self.members + member) * size;
         &self.values[start..start + size]
     }
 
-    /// The sum of the information of a set, member × lower triangle, for the first members.
+    /// The sums over a set, member × lower triangles, for the first members.
     fn sums(&self, set: &[usize], members: usize) -> Vec<f64> {
-        let size = packed(self.parameters);
+        let size = 2 * packed(self.parameters);
         let mut sums = vec![0.0; members * size];
         for &candidate in set {
             let start = candidate * self.members * size;
             let values = &self.values[start..start + members * size];
             sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
         }
-        for member in sums.chunks_mut(size) {
-            (0..self.parameters).for_each(|row| member[diagonal(row)] += REGULARISATION);
+        for triangle in sums.chunks_mut(size / 2) {
+            (0..self.parameters).for_each(|row| triangle[diagonal(row)] += REGULARISATION);
         }
         sums
     }
 
     /// Covariance of the parameters from a set at a member, in units of the prior.
     pub fn covariance(&self, set: &[usize], member: usize) -> DMatrix<f64> {
-        let mut sum = vec![0.0; packed(self.parameters)];
+        let size = packed(self.parameters);
+        let mut sum = vec![0.0; 2 * size];
         for &candidate in set {
             sum.iter_mut().zip(self.entry(candidate, member)).for_each(|(sum, value)| *sum += value);
         }
-        let at = |row: usize, column: usize| sum[diagonal(row.max(column)) - row.abs_diff(column)];
-        let add = |row, column| if row == column { REGULARISATION } else { 0.0 };
-        let information = DMatrix::from_fn(self.parameters, self.parameters, |i, j| at(i, j) + add(i, j));
+        let matrix = |triangle: &[f64]| {
+            let at = |row: usize, column: usize| triangle[diagonal(row.max(column)) - row.abs_diff(column)];
+            let add = |row, column| if row == column { REGULARISATION } else { 0.0 };
+            DMatrix::from_fn(self.parameters, self.parameters, |i, j| at(i, j) + add(i, j))
+        };
         // The information is positive definite, but for rounding.
-        let inverse = information.clone().cholesky().map(|factor| factor.inverse());
-        inverse.unwrap_or_else(|| DMatrix::identity(self.parameters, self.parameters) / REGULARISATION)
+        match matrix(&sum[..size]).cholesky().map(|factor| factor.inverse()) {
+            Some(inverse) => &inverse * matrix(&sum[size..]) * &inverse,
+            None => DMatrix::identity(self.parameters, self.parameters) / REGULARISATION,
+        }
     }
 }
 
@@ -144,36 +153,41 @@ impl Objective<'_> {
         self.loss_of(&self.table.sums(set, members), members)
     }
 
-    /// The criterion of sums of information, member × lower triangle.
+    /// The criterion of sums over a set, member × lower triangles.
     fn loss_of(&self, sums: &[f64], members: usize) -> f64 {
-        let size = packed(self.table.parameters);
-        let mut factor = vec![0.0; size];
-        let each = |(member, sum): (usize, &[f64])| self.member_loss(sum, member, &mut factor);
+        let size = 2 * packed(self.table.parameters);
+        let mut factors = vec![0.0; size];
+        let each = |(member, sum): (usize, &[f64])| self.member_loss(sum, member, &mut factors);
         let losses = sums.chunks(size).take(members).enumerate().map(each);
         over_members(self.robustness, losses, members)
     }
 
     /// The criterion after a candidate is added to sums.
     fn loss_with(&self, sums: &[f64], candidate: usize, members: usize) -> f64 {
-        let size = packed(self.table.parameters);
-        let (mut factor, mut sum) = (vec![0.0; size], vec![0.0; size]);
+        let size = 2 * packed(self.table.parameters);
+        let (mut factors, mut sum) = (vec![0.0; size], vec![0.0; size]);
         let losses = sums.chunks(size).take(members).enumerate().map(|(member, others)| {
             let own = self.table.entry(candidate, member);
             sum.iter_mut().zip(others.iter().zip(own)).for_each(|(sum, (a, b))| *sum = a + b);
-            self.member_loss(&sum, member, &mut factor)
+            self.member_loss(&sum, member, &mut factors)
         });
         over_members(self.robustness, losses, members)
     }
 
-    fn member_loss(&self, information: &[f64], member: usize, factor: &mut [f64]) -> f64 {
+    /// The criterion of sums of a member; `factors` is space for their Cholesky factors.
+    fn member_loss(&self, sums: &[f64], member: usize, factors: &mut [f64]) -> f64 {
         let n = self.table.parameters;
-        if !cholesky(information, n, factor) {
+        let (information, scores) = sums.split_at(packed(n));
+        let (factor, factor_of_scores) = factors.split_at_mut(packed(n));
+        if !cholesky(information, n, factor) || !cholesky(scores, n, factor_of_scores) {
             return f64::INFINITY;
         }
+        let log_root = |factor: &[f64]| (0..n).map(|row| factor[diagonal(row)]).product::<f64>().ln();
+        let variance = |gradient: &dyn Fn(usize) -> f64| variance_along(factor, factor_of_scores, n, gradient);
         match self.criterion {
-            Criterion::D => -2.0 * (0..n).map(|row| factor[diagonal(row)]).product::<f64>().ln(),
-            Criterion::A => (0..n).map(|row| variance_along(factor, n, |i| if i == row { 1.0 } else { 0.0 })).sum(),
-            Criterion::I => variance_along(factor, n, |i| self.prediction[member * n + i]),
+            Criterion::D => 2.0 * log_root(factor_of_scores) - 4.0 * log_root(factor),
+            Criterion::A => (0..n).map(|row| variance(&|i| if i == row { 1.0 } else { 0.0 })).sum(),
+            Criterion::C => variance(&|i| self.prediction[member * n + i]),
         }
     }
 }
@@ -211,46 +225,66 @@ fn cholesky(matrix: &[f64], n: usize, factor: &mut [f64]) -> bool {
     true
 }
 
-/// `vᵀ M⁻¹ v = |L⁻¹ v|²` from the Cholesky factor L of M.
-fn variance_along(factor: &[f64], n: usize, vector: impl Fn(usize) -> f64) -> f64 {
+/// `vᵀ H⁻¹ K H⁻¹ v = |Nᵀ u|²` with `L Lᵀ u = v`, from the Cholesky factors L of H and N of K.
+fn variance_along(factor: &[f64], factor_of_scores: &[f64], n: usize, vector: &dyn Fn(usize) -> f64) -> f64 {
+    let at = |row: usize, column: usize| row * (row + 1) / 2 + column;
     let mut solved = vec![0.0; n];
     for i in 0..n {
-        let row = i * (i + 1) / 2;
-        let known: f64 = (0..i).map(|k| factor[row + k] * solved[k]).sum();
-        solved[i] = (vector(i) - known) / factor[row + i];
+        let known: f64 = (0..i).map(|k| factor[at(i, k)] * solved[k]).sum();
+        solved[i] = (vector(i) - known) / factor[at(i, i)];
     }
-    solved.iter().map(|value| value * value).sum()
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|k| factor[at(k, i)] * solved[k]).sum();
+        solved[i] = (solved[i] - known) / factor[at(i, i)];
+    }
+    let along = |column: usize| (column..n).map(|row| factor_of_scores[at(row, column)] * solved[row]).sum::<f64>();
+    (0..n).map(|column| along(column).powi(2)).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The matrix [[4, 2], [2, 5]] has the determinant 16 and the inverse [[5, −2], [−2, 4]]/16.
+    /// The matrix [[4, 2], [2, 5]] has the determinant 16 and the inverse [[5, −2], [−2, 4]]/16, which is the
+    /// covariance for white noise. With the covariance [[8, 0], [0, 16]] of the score it is [[33, −26], [−26, 36]]/32,
+    /// of the determinant 1/2.
     #[test]
-    fn criteria_are_those_of_the_inverse() {
-        let mut table = InformationTable::new(2, 1, 1);
-        table.entry_mut(0, 0).copy_from_slice(&[4.0, 2.0, 5.0]);
-        let objective =
-            |criterion| Objective { table: &table, criterion, robustness: Robustness::Mean, prediction: &[1.0, 1.0] };
+    fn criteria_are_those_of_the_covariance_of_least_squares() {
         let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-8, "{found} and {expected}");
-        near(objective(Criterion::D).loss(&[0]), -16.0_f64.ln());
-        near(objective(Criterion::A).loss(&[0]), 9.0 / 16.0);
-        near(objective(Criterion::I).loss(&[0]), 5.0 / 16.0);
-        near(table.covariance(&[0], 0)[(0, 1)], -2.0 / 16.0);
+        let information = [4.0, 2.0, 5.0];
+        let white = (information, [5.0, -2.0, 4.0], 16.0, 1.0 / 16.0);
+        let correlated = ([8.0, 0.0, 16.0], [33.0, -26.0, 36.0], 32.0, 0.5_f64);
+        for (scores, covariance, scale, determinant) in [white, correlated] {
+            let [xx, xy, yy] = covariance.map(|entry| entry / scale);
+            let mut table = InformationTable::new(2, 1, 1);
+            table.set(0, 0, &information, &scores);
+            let objective = |criterion| Objective {
+                table: &table,
+                criterion,
+                robustness: Robustness::Mean,
+                prediction: &[1.0, 1.0],
+            };
+            near(objective(Criterion::D).loss(&[0]), determinant.ln());
+            near(objective(Criterion::A).loss(&[0]), xx + yy);
+            near(objective(Criterion::C).loss(&[0]), xx + 2.0 * xy + yy);
+            near(table.covariance(&[0], 0)[(0, 1)], xy);
+        }
     }
 
     #[test]
     fn a_parameter_that_no_candidate_determines_has_a_large_finite_variance() {
         let mut table = InformationTable::new(2, 1, 1);
-        table.entry_mut(0, 0).copy_from_slice(&[4.0, 0.0, 0.0]);
+        table.set(0, 0, &[4.0, 0.0, 0.0], &[4.0, 0.0, 0.0]);
         assert!(table.covariance(&[0], 0)[(1, 1)] > 1e9);
     }
 
     #[test]
     fn the_worst_members_are_a_twentieth_of_all() {
         let mut table = InformationTable::new(1, 40, 1);
-        (0..40).for_each(|member| table.entry_mut(0, member)[0] = if member < 2 { 0.1 } else { 1.0 });
+        for member in 0..40 {
+            let information = [if member < 2 { 0.1 } else { 1.0 }];
+            table.set(0, member, &information, &information);
+        }
         let worst =
             Objective { table: &table, criterion: Criterion::A, robustness: Robustness::Worst, prediction: &[] };
         let mean = Objective { robustness: Robustness::Mean, ..worst };

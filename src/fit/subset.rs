@@ -3,6 +3,9 @@
 //! First, variables with a small effect are dropped: their prior uncertainty contributes little to the variance of the
 //! residuals. Of the rest, backward elimination drops one variable at a time while a limit is exceeded: of the worst
 //! pair, the one with the smaller effect. The paper reduces its factors by eye in the same two steps.
+//!
+//! The effect of a variable is the norm of its column times its prior standard deviation, so that no choice depends on
+//! the unit in which a variable is expressed.
 
 use super::identifiability::{CovarianceSummary, covariance_summary};
 use nalgebra::DMatrix;
@@ -95,7 +98,8 @@ impl DropReason {
 /// errors below their prior standard deviations.
 ///
 /// `jacobian` and `variance` are those of [`covariance_summary`]; `prior_deviations` are the prior standard deviations,
-/// infinite without a prior. With an infinite one no variable has a small effect, as the variance is unbounded.
+/// infinite without a prior. With an infinite one no variable has a small effect, as the variance is unbounded; of a
+/// pair without priors the later one is dropped, as nothing but their units tells their effects apart.
 pub fn identifiable_subset(
     jacobian: &DMatrix<f64>,
     variance: f64,
@@ -103,8 +107,8 @@ pub fn identifiable_subset(
     limits: &SubsetLimits,
 ) -> Subset {
     let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
-    let squares: Vec<f64> =
-        lengths.iter().zip(prior_deviations).map(|(length, width)| (length * width).powi(2)).collect();
+    let effects: Vec<f64> = lengths.iter().zip(prior_deviations).map(|(length, width)| length * width).collect();
+    let squares: Vec<f64> = effects.iter().map(|effect| effect.powi(2)).collect();
     let total: f64 = squares.iter().sum();
     let shares: Vec<f64> = squares.iter().map(|square| square / total).collect();
     let small_effect = |variable: usize| match shares[variable] {
@@ -119,7 +123,7 @@ pub fn identifiable_subset(
     dropped.sort_by(|a, b| squares[a.variable].total_cmp(&squares[b.variable]));
     loop {
         let summary = covariance_summary(&jacobian.select_columns(&selected), variance);
-        match next_to_drop(&summary, &selected, prior_deviations, limits) {
+        match next_to_drop(&summary, &selected, &effects, prior_deviations, limits) {
             Some((index, reason)) => dropped.push(Dropped { variable: selected.remove(index), reason }),
             None => return Subset { selected, dropped, covariance_summary: summary, variance_fractions: shares },
         }
@@ -130,22 +134,24 @@ pub fn identifiable_subset(
 fn next_to_drop(
     summary: &CovarianceSummary,
     selected: &[usize],
+    effects: &[f64],
     prior_deviations: &[f64],
     limits: &SubsetLimits,
 ) -> Option<(usize, DropReason)> {
     let n = selected.len();
+    let by_effect = |pair| by_effect(pair, |index| effects[selected[index]]);
     let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (j, i)));
     let closeness = |&(i, j): &(usize, usize)| summary.correlation[(i, j)].abs();
     if let Some(pair) = pairs.max_by(|a, b| closeness(a).total_cmp(&closeness(b)))
         && closeness(&pair) > limits.correlation
     {
-        let (less, more) = by_sensitivity(pair, &summary.column_norms);
+        let (less, more) = by_effect(pair);
         return Some((less, DropReason::Correlation { with: selected[more], correlation: summary.correlation[pair] }));
     }
     if n > 1 && summary.condition_number > limits.condition_number {
         let mut indices: Vec<usize> = (0..n).collect();
         indices.sort_by(|&a, &b| summary.weakest_direction[b].abs().total_cmp(&summary.weakest_direction[a].abs()));
-        let (less, more) = by_sensitivity((indices[0], indices[1]), &summary.column_norms);
+        let (less, more) = by_effect((indices[0], indices[1]));
         let condition_number = summary.condition_number;
         return Some((less, DropReason::Condition { with: selected[more], condition_number }));
     }
@@ -155,11 +161,11 @@ fn next_to_drop(
     Some((index, DropReason::StandardError { error, width }))
 }
 
-/// Of two variables the one with the smaller effect, then the other. Norms within 1 % count as equal, since identical
+/// Of two variables the one with the smaller effect, then the other. Effects within 1 % count as equal, since identical
 /// columns differ by the error of the derivatives; then the later one is dropped.
-fn by_sensitivity((i, j): (usize, usize), lengths: &[f64]) -> (usize, usize) {
+fn by_effect((i, j): (usize, usize), effect: impl Fn(usize) -> f64) -> (usize, usize) {
     let (earlier, later) = (i.min(j), i.max(j));
-    if lengths[earlier] < 0.99 * lengths[later] { (earlier, later) } else { (later, earlier) }
+    if effect(earlier) < 0.99 * effect(later) { (earlier, later) } else { (later, earlier) }
 }
 
 #[cfg(test)]
@@ -241,6 +247,33 @@ mod tests {
         weaker_first.column_mut(0).scale_mut(0.5);
         let found = identifiable_subset(&weaker_first, 4.0, &[1.0; 2], &SubsetLimits::default());
         assert_eq!((found.selected[0], found.dropped[0].variable), (1, 0));
+    }
+
+    /// The third column is the mean of the first two, with less effect; every variable in
+    /// turn is expressed in another unit.
+    #[test]
+    fn the_subset_is_the_same_whatever_the_unit_of_a_variable() {
+        let in_units = |units: [f64; 4]| {
+            let columns = jacobian().select_columns(&[0, 1, 2, 5]);
+            let mean = (columns.column(0) + columns.column(1)) / 2.0;
+            let jacobian = DMatrix::from_fn(60, 4, |i, j| {
+                let own = if j == 2 { mean[i] + 0.02 * columns[(i, 3)] } else { columns[(i, j)] };
+                own / units[j]
+            });
+            let deviations: Vec<f64> =
+                [0.05, 0.05, 0.02, 0.05].iter().zip(units).map(|(own, unit)| own * unit).collect();
+            let found = identifiable_subset(&jacobian, 1e-3, &deviations, &SubsetLimits::default());
+            let dropped: Vec<usize> = found.dropped.iter().map(|dropped| dropped.variable).collect();
+            (found.selected, dropped)
+        };
+        let expected = in_units([1.0; 4]);
+        assert_eq!(expected, (vec![0, 1, 3], vec![2]));
+        for variable in 0..4 {
+            for unit in [1e-3, 1e3] {
+                let units = std::array::from_fn(|other| if other == variable { unit } else { 1.0 });
+                assert_eq!(in_units(units), expected, "variable {variable} in units of {unit}");
+            }
+        }
     }
 
     /// Three columns, the third nearly the mean of the others: no pair is strongly correlated, but the set is

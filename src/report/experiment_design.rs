@@ -14,7 +14,7 @@ use super::{ReportError, format};
 use crate::case::Case;
 use crate::fit::optimal_design::{Criterion, Robustness};
 use crate::study::answers::Answers;
-use crate::study::experiment_design::{Candidate, Design, ExperimentDesign, Scenario};
+use crate::study::experiment_design::{Candidate, Design, ExperimentDesign, NoiseSource, SampleNoise, Scenario};
 
 impl Reportable for ExperimentDesign {
     fn comes_first(&self) -> bool {
@@ -51,6 +51,14 @@ impl Reportable for ExperimentDesign {
                 format::counted(request.sensors, "thermocouple")
             ));
         }
+        if request.noise.correlation_source == NoiseSource::Assumed {
+            warnings.push(
+                "White noise is assumed, as no correlation time is stated and the case has no observations: expected \
+                 standard errors fall with the root of the number of samples, which those of correlated noise do not. \
+                 State --correlation-time."
+                    .to_owned(),
+            );
+        }
         let failed: usize = self.scenarios.iter().map(|scenario| scenario.failed).max().unwrap_or(0);
         if failed > 0 {
             warnings.push(format!("{} failed and are left out.", format::counted(failed, "member")));
@@ -66,12 +74,12 @@ impl Reportable for ExperimentDesign {
         vec![Section::new("design", "Design", page(answers, self))]
     }
 
-    fn methods(&self, _: &Answers) -> Vec<String> {
+    fn methods(&self, answers: &Answers) -> Vec<String> {
         let request = &self.request;
         let criterion = match request.criterion {
             Criterion::D => "D: the logarithm of the determinant of the covariance",
             Criterion::A => "A: the sum of the variances",
-            Criterion::I => "I: the variance of the predicted peak of the target",
+            Criterion::C => "c: the variance of the predicted peak of the target",
         };
         let over = match request.robustness {
             Robustness::Mean => "its mean over the members",
@@ -79,14 +87,15 @@ impl Reportable for ExperimentDesign {
         };
         vec![format!(
             "Design: the information of a depth is the sum of the outer products of its exact derivatives by the \
-             estimated factors, over a standard deviation of {} of a sample, for each member of the prior; the other \
-             factors are nominal. Criterion {criterion}, of factors in units of their prior standard deviations, and \
-             {over} (Atkinson, Donev & Tobias, Optimum Experimental Designs, 2007). The best depths are found by \
-             exhaustion or by exchanges from 40 random starts (Cook & Nachtsheim, Technometrics 22, 1980). Standard \
-             errors are those of linear least squares without the prior. Prior standard deviations are those of the \
-             normal distribution before it is cut off at the bounds; the drawn members have 0.88 of them between \
-             symmetric bounds.",
-            format::temperature_difference(request.noise_k)
+             estimated factors, over the standard deviation of a sample, for each member of the prior; the other \
+             factors are nominal. {} Noise is independent between thermocouples, and the covariance is that of least \
+             squares under this noise, as in an estimate. Criterion {criterion}, of factors in units of their prior \
+             standard deviations, and {over} (Atkinson, Donev & Tobias, Optimum Experimental Designs, 2007). The best \
+             depths are found by exhaustion or by exchanges from 40 random starts (Cook & Nachtsheim, Technometrics \
+             22, 1980). Standard errors are without the prior. Prior standard deviations are those of the normal \
+             distribution before it is cut off at the bounds; the drawn members have 0.88 of them between symmetric \
+             bounds.",
+            noise_text(answers, &request.noise)
         )]
     }
 
@@ -107,7 +116,8 @@ impl Reportable for ExperimentDesign {
         }
         let name = Column::Left { gap: 0, width: 24 };
         let mut lines = aligned([name, Column::Right(14), Column::Right(14)], &rows);
-        let text = [Some(finding(answers, self)), against_existing(self)];
+        let text =
+            [Some(finding(answers, self)), Some(noise_text(answers, &self.request.noise)), against_existing(self)];
         lines.extend(text.into_iter().flatten().flat_map(|text| wrap("", &text)));
         lines
     }
@@ -154,6 +164,33 @@ fn finding(answers: &Answers, outcome: &ExperimentDesign) -> String {
         format::list(&depths_text(answers, best, &best.designs[0])),
         errors_text(outcome, &best.designs[0].standard_errors),
         format::temperature_difference(best.designs[0].prediction_k)
+    )
+}
+
+/// `Noise of a sample: 4.2 K, stated; correlation time 8.5 s, from the residuals of an estimate of lcat-2259.`
+fn noise_text(answers: &Answers, noise: &SampleNoise) -> String {
+    let source = |source: NoiseSource| match source {
+        NoiseSource::Stated => "stated".to_owned(),
+        NoiseSource::Estimated => format!("from the residuals of an estimate of {}", answers.case.id),
+        NoiseSource::Assumed => "assumed".to_owned(),
+    };
+    let correlation = if noise.correlation_time_s > 0.0 {
+        let white = match noise.white_fraction {
+            0.0 => String::new(),
+            fraction => format!(" with {} white noise", format::percent(fraction)),
+        };
+        format!("correlation time {}{white}", format::seconds(noise.correlation_time_s))
+    } else {
+        "white".to_owned()
+    };
+    let deviation = format::temperature_difference(noise.deviation_k);
+    if noise.deviation_source == noise.correlation_source {
+        return format!("Noise of a sample: {deviation}, {correlation}, {}.", source(noise.deviation_source));
+    }
+    format!(
+        "Noise of a sample: {deviation}, {}; {correlation}, {}.",
+        source(noise.deviation_source),
+        source(noise.correlation_source)
     )
 }
 
@@ -236,7 +273,7 @@ fn page(answers: &Answers, outcome: &ExperimentDesign) -> String {
             .collect();
     let spread_head: Vec<&str> = spread_head.iter().map(String::as_str).collect();
     let how = if best.is_exhaustive { "all sets were tried" } else { "exchanges from 40 random starts" };
-    let mut text = vec![finding(answers, outcome)];
+    let mut text = vec![finding(answers, outcome), noise_text(answers, &outcome.request.noise)];
     text.extend(against_existing(outcome));
     text.push(
         "The smallest standard error of any depths is that of the best set for the factor alone, a bound for every \

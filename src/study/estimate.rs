@@ -97,6 +97,8 @@ pub struct ParameterEstimates {
     pub white_share: f64,
     /// Variance of the most probable noise model, in squares of the stated deviations.
     pub noise_variance: f64,
+    /// Root mean square of the stated standard deviations, K.
+    pub stated_deviation_k: f64,
     /// Effective sample size: independent samples that would determine the factors as well.
     pub effective_samples: f64,
     /// Samples fitted, over all cases and sensors.
@@ -117,6 +119,12 @@ impl ParameterEstimates {
     pub fn objectives(&self) -> (f64, f64) {
         let of = |turn: Option<&Iteration>| turn.map_or(f64::NAN, |turn| turn.objective);
         (of(self.iterations.first()), of(self.iterations.last()))
+    }
+
+    /// Standard deviation of the noise of a sample, K: that of the noise model, of a sample with the mean square of the
+    /// stated standard deviations.
+    pub fn noise_deviation_k(&self) -> f64 {
+        self.noise_variance.sqrt() * self.stated_deviation_k
     }
 
     /// Whether the data determine an estimate: they depend on it, and its interval is at most twice as wide as its
@@ -391,6 +399,7 @@ pub(crate) fn estimate_from(
         correlation_time_s: data.noise_parameters().0,
         white_share: data.noise_parameters().1,
         noise_variance: data.variance,
+        stated_deviation_k: (flat.iter().map(|sample| sample.sigma_k.powi(2)).sum::<f64>() / flat.len() as f64).sqrt(),
         effective_samples: data.effective_samples,
         samples: flat.len(),
         goodness_of_fit,

@@ -4,8 +4,10 @@
 //! Candidate depths are the interfaces and a grid inside the plies. Their readings are marched with exact derivatives
 //! at members drawn from the prior of the estimated factors; the others are nominal, as in an estimate. The information
 //! of a depth is the sum over its samples (Beck & Arnold, *Parameter Estimation in Engineering and Science*, 1977,
-//! chapter 8); [`optimal_sets`] finds the best depths. A tolerance of a depth is a nuisance parameter of its sensor
-//! with that standard deviation, which shifts its readings by the temperature gradient.
+//! chapter 8); [`optimal_sets`] finds the best depths. Noise has the model of an estimate, so that the covariance is
+//! the one that an estimate would state and faster sampling adds no information that correlated noise does not hold. A
+//! tolerance of a depth is a nuisance parameter of its sensor with that standard deviation, which shifts its readings
+//! by the temperature gradient.
 
 mod candidates;
 mod information;
@@ -16,6 +18,7 @@ use crate::case::{Bounds, Case};
 use crate::fit::optimal_design::{Criterion, InformationTable, Objective, OptimalSet, Robustness, optimal_sets};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+use crate::study::estimate::ParameterEstimates;
 use information::{Information, gather};
 
 /// What is to be estimated, and with which sensors.
@@ -34,8 +37,8 @@ pub struct DesignRequest {
     pub position_tolerance_m: f64,
     /// Time between two samples, s; `None` for the output interval of the case.
     pub sampling_s: Option<f64>,
-    /// Standard deviation of a sample, K.
-    pub noise_k: f64,
+    /// The noise of the samples.
+    pub noise: SampleNoise,
     /// Lengths of the run, s; empty for the duration of the case.
     pub run_lengths_s: Vec<f64>,
     /// The criterion.
@@ -50,6 +53,77 @@ pub struct DesignRequest {
     pub seed: u64,
     /// Side constraints between which members are drawn.
     pub bounds: Bounds,
+}
+
+/// Noise of the samples of a thermocouple: the [noise model](crate::fit::noise_model) of an estimate, independent
+/// between thermocouples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct SampleNoise {
+    /// Standard deviation of a sample, K.
+    pub deviation_k: f64,
+    /// Correlation time, s; zero for white noise.
+    pub correlation_time_s: f64,
+    /// Fraction of white noise in the variance.
+    pub white_fraction: f64,
+    /// Where the standard deviation comes from.
+    pub deviation_source: NoiseSource,
+    /// Where the correlation comes from.
+    pub correlation_source: NoiseSource,
+}
+
+/// Where a part of the noise model of a design comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+pub enum NoiseSource {
+    /// It is stated.
+    Stated,
+    /// It is that of the residuals of an estimate from the observations of the first case.
+    Estimated,
+    /// It is neither stated nor are there observations.
+    Assumed,
+}
+
+/// Standard deviation of a sample that is assumed without data, K.
+const ASSUMED_DEVIATION_K: f64 = 2.0;
+
+impl SampleNoise {
+    /// The stated standard deviation and correlation time; what is not stated is assumed: 2 K, white.
+    pub fn stated(deviation_k: Option<f64>, correlation_time_s: Option<f64>) -> Self {
+        let source = |stated: Option<f64>| stated.map_or(NoiseSource::Assumed, |_| NoiseSource::Stated);
+        Self {
+            deviation_k: deviation_k.unwrap_or(ASSUMED_DEVIATION_K),
+            correlation_time_s: correlation_time_s.unwrap_or(0.0),
+            white_fraction: 0.0,
+            deviation_source: source(deviation_k),
+            correlation_source: source(correlation_time_s),
+        }
+    }
+
+    /// Whether a part is not stated.
+    pub fn is_assumed(&self) -> bool {
+        [self.deviation_source, self.correlation_source].contains(&NoiseSource::Assumed)
+    }
+
+    /// What is not stated, from the residuals of an estimate.
+    pub fn or_estimated(self, found: &ParameterEstimates) -> Self {
+        let estimated = Self {
+            deviation_k: found.noise_deviation_k(),
+            correlation_time_s: found.correlation_time_s,
+            white_fraction: found.white_share,
+            deviation_source: NoiseSource::Estimated,
+            correlation_source: NoiseSource::Estimated,
+        };
+        let (by_deviation, by_correlation) = (
+            if self.deviation_source == NoiseSource::Stated { self } else { estimated },
+            if self.correlation_source == NoiseSource::Stated { self } else { estimated },
+        );
+        Self {
+            deviation_k: by_deviation.deviation_k,
+            deviation_source: by_deviation.deviation_source,
+            ..by_correlation
+        }
+    }
 }
 
 /// Designs for several exposures and run lengths, the best first.
@@ -269,7 +343,7 @@ fn scenario(
         let n = table.parameters();
         let unit: Vec<f64> = (0..n * table.members()).map(|i| if i % n == factor { 1.0 } else { 0.0 }).collect();
         let variance =
-            Objective { criterion: Criterion::I, robustness: Robustness::Mean, prediction: &unit, ..objective };
+            Objective { criterion: Criterion::C, robustness: Robustness::Mean, prediction: &unit, ..objective };
         let (best, _) = optimal_sets(&variance, selectable, request.sensors, &compatible, request.seed);
         best.first().map_or(f64::NAN, |set| information.deviations[factor] * set.loss.sqrt())
     };

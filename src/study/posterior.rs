@@ -2,8 +2,9 @@
 //!
 //! The log density is minus half of the objective of the estimate: robust losses of the standardised residuals,
 //! weighted for scatter and autocorrelation as in intervals and profiles, plus the priors, within the bounds. [Ensemble
-//! MCMC](crate::fit::ensemble_mcmc()) samples it without a linear approximation. For a nearly linear problem the
-//! intervals equal the linear ones; otherwise, or near a bound, they follow the shape of the density.
+//! MCMC](crate::fit::ensemble_mcmc()) samples it without a linear approximation, from starts between the bounds and
+//! thus over the whole prior, so that modes far from the estimate are found. For a nearly linear problem the intervals
+//! equal the linear ones; otherwise, or near a bound, they follow the shape of the density.
 //!
 //! The posterior predictive distribution of a thermocouple also needs the model error: see [`Discrepancy`].
 
@@ -21,14 +22,14 @@ use super::estimate::{ParameterEstimates, priors};
 use super::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
 use super::work_log::{NoLog, WorkLog};
 use crate::case::Case;
+use crate::fit::ensemble_mcmc::{ENSEMBLES, uniform_starts};
 use crate::fit::{
     ChainDiagnostics, ChainState, EnsembleChains, LeastSquares, RobustProblem, WeightedProblem, WithPriors,
     ensemble_mcmc_from,
 };
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
-use crate::random::RandomStream;
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 /// Settings of the ensemble MCMC sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +50,9 @@ pub struct Walkers {
 pub struct Posterior {
     /// Settings of the sampler.
     pub walkers: Walkers,
-    /// Iterations discarded as burn-in: five autocorrelation times, at most half of all iterations.
+    /// Iterations of annealing from the prior to the posterior.
+    pub annealing: usize,
+    /// Iterations discarded as burn-in: annealing and five autocorrelation times, at most half of all iterations.
     pub burn_in: usize,
     /// Acceptance rate.
     pub acceptance: f64,
@@ -98,8 +101,12 @@ pub enum PosteriorError {
 const MAX_DRAWS: usize = 2000;
 /// Autocorrelation times of burn-in: the influence of the start falls below 1 %.
 const BURN_IN_TIMES: f64 = 5.0;
-/// First random stream of the starts; the streams of the moves are below.
-const START_STREAM: u64 = 1 << 63;
+/// Autocorrelation times of each half of the chains after the burn-in, at least: walkers that are stuck in several
+/// modes have one as long as their chains, whether or not the ensembles agree.
+const HALF_CHAIN_TIMES: f64 = 5.0;
+/// Effective sample size of the recommended iterations. [R-hat](ChainDiagnostics) of 1.01 is expected at 400; the
+/// largest of several factors is below it with a few hundred more.
+const RECOMMENDED_DRAWS: f64 = 1000.0;
 
 /// Sample the posterior of an estimate of these cases.
 ///
@@ -132,8 +139,8 @@ pub(crate) fn posterior_from(
     log: &mut dyn WorkLog,
 ) -> Result<Posterior, PosteriorError> {
     let factors = found.factors.len();
-    // Each half of the walkers spans the parameter space only with more walkers than factors.
-    let least = 2 * (factors + 1);
+    // Each half of an ensemble spans the parameter space only with more walkers than factors.
+    let least = 2 * ENSEMBLES * (factors + 1);
     if walkers.number < least {
         return Err(PosteriorError::TooFewWalkers { walkers: walkers.number, factors, least });
     }
@@ -147,7 +154,8 @@ pub(crate) fn posterior_from(
     let parts = runs.iter().zip(&short).zip(&observed).enumerate().map(|(which, (((case, _), plan), observed))| {
         CaseResiduals::new(case, plan, factor_indices(found, which), observed.clone())
     });
-    let bounds = found.factors.iter().map(|factor| factor.bounds).collect();
+    let bounds: Vec<(f64, f64)> = found.factors.iter().map(|factor| factor.bounds).collect();
+    let starts = uniform_starts(&bounds, walkers.number, walkers.seed);
     let problem = ThermocoupleResiduals::new(&mut *march, parts.collect(), bounds);
     let problem = WeightedProblem { problem: RobustProblem { problem, loss: found.loss }, weight };
     let mut problem = WithPriors { problem, priors: priors(&found.factors, found.prior) };
@@ -155,7 +163,7 @@ pub(crate) fn posterior_from(
     let Walkers { number, iterations, seed } = *walkers;
     let earlier = std::iter::from_fn(|| Some(ChainState::from_numbers(log.next()?, factors, number))).collect();
     let watch = &mut |state: &ChainState| log.add(&state.to_numbers());
-    let sampled = ensemble_mcmc_from(&mut problem, &starts(found, walkers), iterations, seed, earlier, watch)?;
+    let sampled = ensemble_mcmc_from(&mut problem, &starts, iterations, seed, earlier, watch)?;
 
     let burn_in = burn_in(&sampled);
     let chains: Vec<&[f64]> = sampled.chains.iter().map(|chain| &chain[burn_in * sampled.walkers..]).collect();
@@ -189,6 +197,7 @@ pub(crate) fn posterior_from(
     }
     Ok(Posterior {
         walkers: *walkers,
+        annealing: sampled.annealing,
         burn_in,
         acceptance: sampled.acceptance,
         marches,
@@ -203,15 +212,24 @@ pub(crate) fn posterior_from(
 }
 
 impl Posterior {
-    /// Whether the chains have converged: R-hat of every factor is below its limit, and the burn-in is long enough.
+    /// Whether the chains have converged: R-hat of every factor is below its limit, and burn-in and chains are long
+    /// enough.
     pub fn has_converged(&self) -> bool {
         self.marginals.iter().all(|marginal| marginal.diagnostics.r_hat <= ChainDiagnostics::R_HAT_LIMIT)
             && !self.is_burn_in_short()
+            && self.has_mixed()
+    }
+
+    /// Whether each half of the chains after the burn-in is several autocorrelation times long.
+    pub fn has_mixed(&self) -> bool {
+        let kept = (self.walkers.iterations - self.burn_in) as f64;
+        kept >= 2.0 * HALF_CHAIN_TIMES * self.autocorrelation_time()
     }
 
     /// Whether half of the iterations is too short for the burn-in.
     fn is_burn_in_short(&self) -> bool {
-        BURN_IN_TIMES * self.autocorrelation_time() > self.burn_in as f64 && 2 * self.burn_in >= self.walkers.iterations
+        let needed = self.annealing as f64 + BURN_IN_TIMES * self.autocorrelation_time();
+        needed > self.burn_in as f64 && 2 * self.burn_in + 1 >= self.walkers.iterations
     }
 
     /// Longest autocorrelation time of a factor, iterations.
@@ -219,10 +237,11 @@ impl Posterior {
         self.marginals.iter().map(|marginal| marginal.diagnostics.autocorrelation_time).fold(0.0, f64::max)
     }
 
-    /// Recommended iterations, from the present autocorrelation time τ: a burn-in of 5 τ and two half chains of 5 τ
-    /// each, plus a margin of 25 %.
+    /// Recommended iterations, from the present autocorrelation time τ: annealing, a burn-in of 5 τ, and two half
+    /// chains of 5 τ each or a thousand effective draws, whichever is longer, plus a margin of 25 %.
     pub fn recommended_iterations(&self) -> f64 {
-        1.25 * 3.0 * BURN_IN_TIMES * self.autocorrelation_time()
+        let times = BURN_IN_TIMES + (2.0 * HALF_CHAIN_TIMES).max(RECOMMENDED_DRAWS / self.walkers.number as f64);
+        1.25 * (self.annealing as f64 + times * self.autocorrelation_time())
     }
 }
 
@@ -238,56 +257,14 @@ fn truncated_plan(plan: &Plan, observed: &[Sample]) -> Plan {
     plan.truncated_at((last + 1).min(plan.instants_s.len() - 1))
 }
 
-/// Starts around the estimate, one per column: normal with the linear correlations and twice the standard errors,
-/// truncated at the bounds, so that the walkers are overdispersed. Where a factor is not determined, the deviation is
-/// half of the distance between its bounds.
-fn starts(found: &ParameterEstimates, walkers: &Walkers) -> DMatrix<f64> {
-    let factors = found.factors.len();
-    let spreads: Vec<f64> = found
-        .intervals
-        .iter()
-        .zip(&found.factors)
-        .map(|(&(low, high), factor)| ((high - low) / 2.0).min((factor.bounds.1 - factor.bounds.0) / 2.0))
-        .collect();
-    let correlation = DMatrix::from_fn(factors, factors, |i, j| found.identifiability.correlation[i][j]);
-    let SymmetricEigen { eigenvectors, eigenvalues } = correlation.symmetric_eigen();
-    let start = |walker: usize| {
-        let mut numbers = RandomStream::new(walkers.seed, START_STREAM | walker as u64);
-        let mut drawn = || {
-            let along: Vec<f64> =
-                eigenvalues.iter().map(|value| value.max(MIN_EIGENVALUE).sqrt() * numbers.normal()).collect();
-            let off = |j: usize| (0..factors).map(|k| eigenvectors[(j, k)] * along[k]).sum::<f64>();
-            (0..factors).map(|j| found.values[j] + spreads[j] * off(j)).collect::<Vec<f64>>()
-        };
-        let is_inside = |point: &Vec<f64>| {
-            let bounded = point.iter().zip(&found.factors);
-            bounded.into_iter().all(|(value, factor)| (factor.bounds.0..=factor.bounds.1).contains(value))
-        };
-        if let Some(point) = (0..MAX_TRIES).map(|_| drawn()).find(is_inside) {
-            return point;
-        }
-        found
-            .factors
-            .iter()
-            .map(|factor| factor.bounds.0 + (factor.bounds.1 - factor.bounds.0) * numbers.uniform())
-            .collect()
-    };
-    let columns: Vec<f64> = (0..walkers.number).flat_map(start).collect();
-    DMatrix::from_vec(factors, walkers.number, columns)
-}
-
-/// Smallest eigenvalue of the correlation of the starts: the moves never leave a hyperplane that contains all walkers.
-const MIN_EIGENVALUE: f64 = 1e-8;
-/// Attempts at drawing a start within the bounds, before it is drawn uniformly between them.
-const MAX_TRIES: usize = 100;
-
 fn burn_in(sampled: &EnsembleChains) -> usize {
     let half = sampled.iterations / 2 * sampled.walkers;
     let times = sampled
         .chains
         .iter()
         .map(|chain| ChainDiagnostics::from_chains(&chain[half..], sampled.walkers).autocorrelation_time);
-    ((BURN_IN_TIMES * times.fold(0.0, f64::max)).ceil() as usize).min(sampled.iterations / 2)
+    let after_annealing = (BURN_IN_TIMES * times.fold(0.0, f64::max)).ceil() as usize;
+    sampled.annealing.saturating_add(after_annealing).min(sampled.iterations / 2)
 }
 
 /// Draws spread over the iterations, alternating between walkers.

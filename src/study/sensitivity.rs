@@ -29,8 +29,7 @@ pub struct Sensitivity {
     pub shares: Vec<f64>,
     /// The set recommended for estimation: the influential factors, as far as the data separate them.
     pub recommended: Identifiability,
-    /// The dropped factors in order, those without influence first. Standard errors are in units of the factor's prior
-    /// standard deviation.
+    /// The dropped factors in order, those without influence first.
     pub reduction: Vec<Dropped>,
     /// The set that the case selects for estimation, if any.
     pub stated: Option<Identifiability>,
@@ -129,11 +128,7 @@ pub fn sensitivity(
     });
     let widths: Vec<f64> =
         case.factors.iter().map(|factor| factor.prior_standard_deviation(case.estimate.bounds)).collect();
-    // In units of the prior standard deviations: of two correlated factors the one whose prior uncertainty changes the
-    // data less is dropped, independent of its unit.
-    let prior_scaled =
-        DMatrix::from_fn(judges.len(), factors.len(), |i, factor| jacobian[(i, factor)] * widths[factor]);
-    let reduced = identifiable_subset(&prior_scaled, 1.0, &vec![1.0; factors.len()], &SubsetLimits::default());
+    let reduced = identifiable_subset(&jacobian, 1.0, &widths, &SubsetLimits::default());
     let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
     let of = |set: &[usize]| {
         let values: Vec<f64> = set.iter().map(|&factor| nominal[factor]).collect();

@@ -19,12 +19,9 @@ fn row(name: &str, optimum: &[f64]) -> VerificationRow {
     let candidates: Vec<f64> = grid.chain(optimum.iter().copied()).collect();
     let mut table = InformationTable::new(coefficients, 1, candidates.len());
     for (candidate, x) in candidates.iter().enumerate() {
-        let entry = table.entry_mut(candidate, 0);
-        for i in 0..coefficients {
-            for j in 0..=i {
-                entry[i * (i + 1) / 2 + j] = x.powi((i + j) as i32);
-            }
-        }
+        let powers = (0..coefficients).flat_map(|i| (0..=i).map(move |j| x.powi((i + j) as i32)));
+        let information: Vec<f64> = powers.collect();
+        table.set(candidate, 0, &information, &information);
     }
     let objective = Objective { table: &table, criterion: Criterion::D, robustness: Robustness::Mean, prediction: &[] };
     let known: Vec<usize> = (GRID..candidates.len()).collect();

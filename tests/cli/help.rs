@@ -141,7 +141,7 @@ fn old_option_names_do_what_the_new_ones_do_and_say_so() {
             "size c --ply BASE --limit TC2<600K --probability 0.8 -n 20 --between=2mm:9mm",
         ),
         ("--correlation", "--correlation-time", "twin c --study 2 --correlation 2s"),
-        ("--moves", "--mcmc-iterations", "estimate c --posterior --walkers 4 --moves 20"),
+        ("--moves", "--mcmc-iterations", "estimate c --posterior --walkers 16 --moves 20"),
         ("--patience", "--max-iterations", "estimate c --patience=30"),
         ("--seek", "--quantity", "history c --knots 0 --smoothing 1 --seek flux"),
         ("--spread", "--sampling-bounds", "uncertainty c -n 20 --spread large"),

@@ -1,7 +1,7 @@
 //! Coverage of intervals with autocorrelated residuals, over many synthetic data sets.
 
 use super::exact;
-use crate::support::Uniform;
+use crate::support::{Uniform, root, runs_all};
 use bondline::fit::interval::{residual_variance, student_95};
 use bondline::fit::{Fit, LinearizedPosterior, NoiseProcess, covariance_summary, minimize};
 use nalgebra::DVector;
@@ -26,6 +26,52 @@ fn noise(random: &mut Uniform, autocorrelation: f64, white: f64) -> Vec<f64> {
         value
     };
     (0..SAMPLES).map(|_| next()).collect()
+}
+
+/// Noise of a data set, from normal random numbers.
+type Noise = fn(&mut dyn FnMut() -> f64) -> Vec<f64>;
+
+/// Noise that the noise model was not made for, by its name in the book.
+const OTHER_NOISE: [(&str, Noise); 5] = [
+    ("AR(2), oscillating", |normal| second_order(normal, 2.0 * 0.9 * (std::f64::consts::TAU / 20.0).cos(), -0.81)),
+    ("AR(2), overdamped", |normal| second_order(normal, 1.4, -0.45)),
+    ("random walk", |normal| {
+        let mut value = 0.0;
+        let mut next = || {
+            value += normal();
+            value
+        };
+        (0..SAMPLES).map(|_| next()).collect()
+    }),
+    ("linear drift and white noise", |normal| {
+        let slope = 4.0 * normal();
+        (0..SAMPLES).map(|i| slope * (place(i) - 0.5) + normal()).collect()
+    }),
+    ("model error and white noise", |normal| {
+        let (sine, cosine) = (1.5 * normal(), 1.5 * normal());
+        let error = |i: usize| {
+            let angle = 1.5 * std::f64::consts::TAU * place(i);
+            sine * angle.sin() + cosine * angle.cos()
+        };
+        (0..SAMPLES).map(|i| error(i) + normal()).collect()
+    }),
+];
+
+/// Sample i as a fraction of the window.
+fn place(i: usize) -> f64 {
+    i as f64 / (SAMPLES - 1) as f64
+}
+
+/// A second-order autoregression, after it has forgotten its start.
+fn second_order(normal: &mut dyn FnMut() -> f64, first: f64, second: f64) -> Vec<f64> {
+    const FORGOTTEN: usize = 200;
+    let (mut before, mut last) = (0.0, 0.0);
+    let mut next = || {
+        let value = first * last + second * before + normal();
+        (before, last) = (last, value);
+        value
+    };
+    (0..FORGOTTEN + SAMPLES).map(|_| next()).skip(FORGOTTEN).collect()
 }
 
 /// A fit to noise about a truth of (1, 1, 1).
@@ -71,6 +117,37 @@ fn intervals_have_95_percent_coverage_at_every_autocorrelation() {
     for (autocorrelation, white) in [(0.0, 0.0), (0.5, 0.0), (0.8, 0.0), (0.9, 0.0), (0.8, 0.3)] {
         for found in coverage(autocorrelation, white, by_noise_model) {
             assert!((0.92..=0.98).contains(&found), "{autocorrelation}, white {white}: coverage {found}");
+        }
+    }
+}
+
+/// The table of the theory chapter: a row of `| noise | coverage, % | as if independent, % |` for each.
+fn stated_coverage(name: &str) -> [f64; 2] {
+    let book = std::fs::read_to_string(root().join("docs/theory/inference.md")).expect("a page of the book");
+    let row = book.lines().find(|line| line.starts_with(&format!("| {name} |"))).expect("a row of the table");
+    let cells: Vec<f64> = row.split('|').filter_map(|cell| cell.trim().parse().ok()).collect();
+    cells.try_into().expect("two numbers")
+}
+
+/// Pooled over three variables; the limits are four standard errors of the sets, as if the three were one.
+#[test]
+fn intervals_have_the_coverage_that_the_book_states_on_noise_they_were_not_made_for() {
+    let sets = if runs_all() { 2000 } else { 100 };
+    for (name, noise) in OTHER_NOISE {
+        let mut random = Uniform(2027);
+        let mut normal = || (0..12).map(|_| random.next()).sum::<f64>() - 6.0;
+        let mut covered = [0.0; 2];
+        for _ in 0..sets {
+            let fit = fitted(noise(&mut normal));
+            for (covered, half_widths) in covered.iter_mut().zip([by_noise_model(&fit), as_if_independent(&fit)]) {
+                let holds = half_widths.iter().zip(&fit.point).filter(|(half, value)| (*value - 1.0).abs() < **half);
+                *covered += 100.0 * holds.count() as f64 / (3 * sets) as f64;
+            }
+        }
+        println!("| {name} | {:.0} | {:.0} |", covered[0], covered[1]);
+        for (found, stated) in covered.iter().zip(stated_coverage(name)) {
+            let error = (stated * (100.0 - stated) / f64::from(sets)).sqrt();
+            assert!((found - stated).abs() < 4.0 * error + 0.5, "{name}: {found} %, {stated} % in the book");
         }
     }
 }

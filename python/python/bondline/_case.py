@@ -520,8 +520,9 @@ class Case:
         """The depths of thermocouples and the run length from which factors are estimated best.
 
         Options are those of the command ``bondline design``: ``criterion``, ``worst=True``, ``target``, ``grid``,
-        ``least_distance="0.5 mm"``, ``position_tolerance``, ``sampling``, ``noise``, ``run_lengths=["60s", "200s"]``,
-        ``seed`` and ``sampling_bounds``.
+        ``least_distance="0.5 mm"``, ``position_tolerance``, ``sampling``, ``noise``, ``correlation_time="5 s"``,
+        ``run_lengths=["60s", "200s"]``, ``seed`` and ``sampling_bounds``. Noise that is not stated is that of the
+        residuals of the case.
         """
         given = {"estimate": list(estimate), "sensors": sensors} | options
         return self._ask(Design, "design", given, progress, first=["-n", str(n)])

@@ -38,8 +38,8 @@ pub enum CriterionArg {
     D,
     /// Sum of the variances of the factors, in units of their priors
     A,
-    /// Variance of the predicted peak of the target
-    I,
+    /// Variance of the predicted peak of the target (c-optimality)
+    C,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -390,12 +390,21 @@ pub fn design(design: &DesignArgs, others: Vec<Case>) -> Result<DesignOptions, F
             .as_deref()
             .map(|text| dimensional(text, Dimension::Time, "--sampling"))
             .transpose()?,
-        noise_k: dimensional(&design.noise, Dimension::TemperatureDifference, "--noise")?,
+        noise_k: design
+            .noise
+            .as_deref()
+            .map(|text| dimensional(text, Dimension::TemperatureDifference, "--noise"))
+            .transpose()?,
+        correlation_s: design
+            .correlation_time
+            .as_deref()
+            .map(|text| nonnegative(text, Dimension::Time, "--correlation-time"))
+            .transpose()?,
         run_lengths_s: run_lengths.map(run_length).collect::<Result<_, _>>()?,
         criterion: match design.criterion {
             CriterionArg::D => Criterion::D,
             CriterionArg::A => Criterion::A,
-            CriterionArg::I => Criterion::I,
+            CriterionArg::C => Criterion::C,
         },
         robustness: if design.worst { Robustness::Worst } else { Robustness::Mean },
         target: design.target.clone(),

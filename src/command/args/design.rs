@@ -34,9 +34,14 @@ pub struct DesignArgs {
     /// Time between two samples, as "0.5 s" [default: the output interval of the case]
     #[arg(long)]
     pub sampling: Option<String>,
-    /// Standard deviation of a sample
-    #[arg(long, default_value = "2 K")]
-    pub noise: String,
+    /// Standard deviation of a sample, with its unit [default: that of the residuals of the observations, or 2 K
+    /// without any]
+    #[arg(long)]
+    pub noise: Option<String>,
+    /// Correlation time τ of the noise, with its unit: the autocorrelation is exp(-t/τ); "0 s" is white noise [default:
+    /// that of the residuals of the observations, or white noise without any]
+    #[arg(long)]
+    pub correlation_time: Option<String>,
     /// Lengths of the run to compare, as "60s,120s" [default: the duration of the case]
     #[arg(long)]
     pub run_lengths: Option<String>,

@@ -120,7 +120,7 @@ Examples:
   # Two thermocouples, placed to a quarter of a millimetre, in a shorter run too,
   # for the prediction of TC4
   bondline design cases/lcat-2259 --estimate f_k_INS,f_cp_INS --sensors 2 \\
-    --position-tolerance \"0.25 mm\" --run-lengths 80s,200s --criterion i -n 200";
+    --position-tolerance \"0.25 mm\" --run-lengths 80s,200s --criterion c -n 200";
 
 pub(super) const HISTORY: &str = "\
 Examples:

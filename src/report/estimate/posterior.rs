@@ -22,14 +22,15 @@ use crate::study::posterior::{Posterior, PosteriorMarginal, PosteriorPredictive,
 pub(super) fn mcmc_summary(outcome: &Posterior) -> String {
     let converged = if outcome.has_converged() { "converged" } else { "NOT converged" };
     format!(
-        "Ensemble MCMC with {} and {}, {} of them burn-in; acceptance rate {}. Largest R-hat {} (limit {}): \
-         {converged}. Effective sample size {}.",
+        "Ensemble MCMC with {} from between the bounds and {}, {} of them burn-in ({} of annealing); acceptance rate \
+         {}. Largest R-hat {} (limit {}): {converged}. Effective sample size {}.",
         format::counted(outcome.walkers.number, "walker"),
         format::counted(outcome.walkers.iterations, "iteration"),
         format::count(outcome.burn_in),
+        format::count(outcome.annealing),
         format::percent(outcome.acceptance),
-        format::significant(largest_r_hat(outcome), 3),
-        format::significant(ChainDiagnostics::R_HAT_LIMIT, 2),
+        format::significant(largest_r_hat(outcome), 4),
+        ChainDiagnostics::R_HAT_LIMIT,
         format::count(effective_sample_size(outcome)),
     )
 }
@@ -38,7 +39,7 @@ pub(super) fn mcmc_summary(outcome: &Posterior) -> String {
 pub(super) fn mcmc_summary_line(outcome: &Posterior) -> String {
     format!(
         "posterior: R-hat {} ({}), ESS {}, burn-in {} of {}",
-        format::significant(largest_r_hat(outcome), 3),
+        format::significant(largest_r_hat(outcome), 4),
         if outcome.has_converged() { "converged" } else { "NOT converged" },
         format::count(effective_sample_size(outcome)),
         format::count(outcome.burn_in),
@@ -104,11 +105,20 @@ pub(super) fn posterior_warnings(
         } else {
             "Increase --mcmc-iterations".to_owned()
         };
+        let stuck = if outcome.has_mixed() {
+            String::new()
+        } else {
+            format!(
+                ", and walkers move over the posterior in no less than {} iterations",
+                format::significant(outcome.autocorrelation_time(), 2)
+            )
+        };
         warnings.push(format!(
-            "The posterior has not converged: R-hat {} (limit {}). {advice}; if R-hat stays high, the posterior has \
-             several modes (check with --starts).",
-            format::significant(largest_r_hat(outcome), 3),
-            format::significant(ChainDiagnostics::R_HAT_LIMIT, 2)
+            "The posterior has not converged: R-hat {} (limit {}){stuck}. {advice}; if that does not help, the \
+             posterior has several modes between which walkers do not move (see the charts of the chains, and check \
+             with --starts).",
+            format::significant(largest_r_hat(outcome), 4),
+            ChainDiagnostics::R_HAT_LIMIT
         ));
     }
     warnings.extend(estimates_far_from_median(estimated, outcome));
@@ -245,10 +255,11 @@ fn predictive_table(name: &str, case: &Case, outcome: &PosteriorPredictive) -> R
 
 /// Paragraph on the method.
 pub(super) const METHOD: &str = "Posterior: samples of the density exp(-S/2) within the bounds, by ensemble MCMC with \
-    differential-evolution moves (ter Braak 2006). S is the scaled objective of estimate and profiles. The model \
-    discrepancy is an exponentially correlated process as large as the residuals beyond the standard deviations of the \
-    measurement; at each sensor and instant it is proportional to the effect of the prior standard deviations of all \
-    factors.";
+    differential-evolution moves (ter Braak 2006) from starts between the bounds, with annealing (Ching & Chen 2007). \
+    R-hat compares four independent ensembles (Vehtari et al. 2021). S is the scaled objective of estimate and \
+    profiles. The model discrepancy is an exponentially correlated process as large as the residuals beyond the \
+    standard deviations of the measurement; at each sensor and instant it is proportional to the effect of the prior \
+    standard deviations of all factors.";
 
 #[cfg(test)]
 mod tests {
@@ -262,12 +273,25 @@ mod tests {
     #[test]
     fn chains_that_have_not_converged_are_warned_of_with_the_iterations_needed() {
         let mut outcomes = fixture::outcomes();
-        assert!(mcmc_summary(&outcomes.posterior).contains("Largest R-hat 1.05 (limit 1.1): converged."));
+        assert!(mcmc_summary(&outcomes.posterior).contains("Largest R-hat 1.004 (limit 1.01): converged."));
         assert!(!is_warned_of(&outcomes, "not converged: R-hat"));
-        outcomes.posterior.marginals[1].diagnostics.r_hat = 1.31;
+        outcomes.posterior.marginals[1].diagnostics.r_hat = 1.04;
+        for text in [mcmc_summary(&outcomes.posterior), mcmc_summary_line(&outcomes.posterior)] {
+            assert!(text.contains("1.040") && text.contains("NOT converged"), "{text}");
+        }
+        assert!(is_warned_of(&outcomes, "R-hat 1.040 (limit 1.01). Increase --mcmc-iterations"));
         outcomes.posterior.marginals[1].diagnostics.autocorrelation_time = 80.0;
-        assert!(mcmc_summary(&outcomes.posterior).contains("NOT converged"));
-        assert!(is_warned_of(&outcomes, "R-hat 1.31 (limit 1.1). About 1,500 iterations should suffice"));
+        let stuck = "and walkers move over the posterior in no less than 80 iterations. About 1,500 iterations should";
+        assert!(is_warned_of(&outcomes, stuck));
+    }
+
+    /// Walkers that do not leave their modes: the ensembles agree, but no chain is long enough.
+    #[test]
+    fn chains_shorter_than_ten_autocorrelation_times_have_not_converged_whatever_r_hat() {
+        let mut outcomes = fixture::outcomes();
+        assert!(outcomes.posterior.has_converged());
+        outcomes.posterior.marginals[0].diagnostics.autocorrelation_time = 38.0;
+        assert!(!outcomes.posterior.has_converged() && is_warned_of(&outcomes, "has not converged"));
     }
 
     #[test]

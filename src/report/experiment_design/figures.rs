@@ -24,7 +24,7 @@ fn chosen_mm(outcome: &ExperimentDesign) -> Vec<f64> {
 }
 
 fn over_depth_and_time(answers: &Answers, outcome: &ExperimentDesign) -> Figure {
-    let (map, noise_k, depths_mm) = (&outcome.map, outcome.request.noise_k, depths_mm(outcome));
+    let (map, noise_k, depths_mm) = (&outcome.map, outcome.request.noise.deviation_k, depths_mm(outcome));
     let information = |place: usize, instant: usize| {
         let squares = map.changes_k.iter().map(|by_depth| (by_depth[place][instant] / noise_k).powi(2));
         squares.sum::<f64>()
@@ -71,7 +71,7 @@ fn over_depth(answers: &Answers, outcome: &ExperimentDesign) -> Figure {
     let (map, depths_mm) = (&outcome.map, depths_mm(outcome));
     let strength = |by_depth: &Vec<Vec<f64>>| -> Vec<f64> {
         let of = |trace_k: &Vec<f64>| trace_k.iter().map(|change_k| change_k * change_k).sum::<f64>().sqrt();
-        by_depth.iter().map(|trace_k| of(trace_k) / outcome.request.noise_k).collect()
+        by_depth.iter().map(|trace_k| of(trace_k) / outcome.request.noise.deviation_k).collect()
     };
     let curves: Vec<Vec<f64>> = map.changes_k.iter().map(strength).collect();
     let highest = curves.iter().flatten().copied().fold(0.0, f64::max);

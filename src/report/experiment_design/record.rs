@@ -4,7 +4,7 @@ use super::case_of;
 use crate::fit::optimal_design::{Criterion, Robustness};
 use crate::report::files::json::OrderedMap;
 use crate::study::answers::Answers;
-use crate::study::experiment_design::{Design, ExperimentDesign, Scenario};
+use crate::study::experiment_design::{Design, ExperimentDesign, NoiseSource, Scenario};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -12,6 +12,10 @@ pub(super) struct DesignRecord<'a> {
     criterion: Criterion,
     robustness: Robustness,
     noise_k: f64,
+    noise_source: NoiseSource,
+    correlation_time_s: f64,
+    white_noise_share: f64,
+    correlation_source: NoiseSource,
     least_distance_m: f64,
     position_tolerance_m: f64,
     target: &'a str,
@@ -56,7 +60,11 @@ impl<'a> DesignRecord<'a> {
         Self {
             criterion: request.criterion,
             robustness: request.robustness,
-            noise_k: request.noise_k,
+            noise_k: request.noise.deviation_k,
+            noise_source: request.noise.deviation_source,
+            correlation_time_s: request.noise.correlation_time_s,
+            white_noise_share: request.noise.white_fraction,
+            correlation_source: request.noise.correlation_source,
             least_distance_m: request.least_distance_m,
             position_tolerance_m: request.position_tolerance_m,
             target: &answers.case.sensors[request.target].name,

@@ -131,15 +131,11 @@ pub(super) fn exclusion_reason(case: &Case, dropped: &Dropped) -> String {
             name(with),
             format::condition_number(condition_number)
         ),
-        // Errors are in units of the prior standard deviation.
-        DropReason::StandardError { error, width } => {
-            let prior = case.factors[dropped.variable].prior_standard_deviation(case.estimate.bounds);
-            format!(
-                "the standard error of {factor} would be {}, not below its prior standard deviation of {}",
-                format::significant(error * prior, 2),
-                format::significant(width * prior, 2)
-            )
-        }
+        DropReason::StandardError { error, width } => format!(
+            "the standard error of {factor} would be {}, not below its prior standard deviation of {}",
+            format::significant(error, 2),
+            format::significant(width, 2)
+        ),
     }
 }
 

@@ -5,7 +5,7 @@ use crate::case::{Bounds, Case, Observation};
 use crate::fit::optimal_design::{Criterion, Robustness};
 use crate::limits::{MEMBERS, SENSORS, STATISTICS_MIB};
 use crate::session::error::{InputError, SessionError, index_of};
-use crate::study::experiment_design::DesignRequest;
+use crate::study::experiment_design::{DesignRequest, SampleNoise};
 
 /// The depths of thermocouples, the exposure and the run length from which factors are estimated best.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,8 +24,12 @@ pub struct DesignOptions {
     pub position_tolerance_m: f64,
     /// Time between two samples, s; `None` for the output interval of the case.
     pub sampling_s: Option<f64>,
-    /// Standard deviation of a sample, K.
-    pub noise_k: f64,
+    /// Standard deviation of a sample, K; `None` for that of the residuals of an estimate from the observations of the
+    /// case, or 2 K without any.
+    pub noise_k: Option<f64>,
+    /// Correlation time of the noise of a sample, s, zero for white noise; `None` for that of these residuals, or white
+    /// noise without any.
+    pub correlation_s: Option<f64>,
     /// Lengths of the run, s; empty for the duration of the case.
     pub run_lengths_s: Vec<f64>,
     /// The criterion.
@@ -53,7 +57,8 @@ impl DesignOptions {
             least_distance_m: 0.5e-3,
             position_tolerance_m: 0.0,
             sampling_s: None,
-            noise_k: 2.0,
+            noise_k: None,
+            correlation_s: None,
             run_lengths_s: Vec::new(),
             criterion: Criterion::D,
             robustness: Robustness::Mean,
@@ -97,7 +102,7 @@ impl DesignOptions {
         check_limit(&SENSORS, self.sensors as f64, "sensors")?;
         let lengths = [
             ("grid_m", self.grid_m.unwrap_or(1.0), "m"),
-            ("noise_k", self.noise_k, "K"),
+            ("noise_k", self.noise_k.unwrap_or(1.0), "K"),
             ("sampling_s", self.sampling_s.unwrap_or(1.0), "s"),
         ];
         let run_lengths = self.run_lengths_s.iter().map(|&run_s| ("run_lengths_s", run_s, "s"));
@@ -106,13 +111,14 @@ impl DesignOptions {
                 return Err(InputError::for_option(option, format!(" {value}: expected more than 0 {unit}")).into());
             }
         }
-        Observation::checked_sigma_k(self.noise_k)
-            .map_err(|message| InputError::for_option("noise_k", format!(": {message}")))?;
-        for (option, value) in
-            [("least_distance_m", self.least_distance_m), ("position_tolerance_m", self.position_tolerance_m)]
-        {
+        checked_noise_k(self.noise_k.unwrap_or(1.0))?;
+        for (option, value, unit) in [
+            ("least_distance_m", self.least_distance_m, "m"),
+            ("position_tolerance_m", self.position_tolerance_m, "m"),
+            ("correlation_s", self.correlation_s.unwrap_or(0.0), "s"),
+        ] {
             if !(value >= 0.0 && value.is_finite()) {
-                return Err(InputError::for_option(option, format!(" {value}: expected no less than 0 m")).into());
+                return Err(InputError::for_option(option, format!(" {value}: expected no less than 0 {unit}")).into());
             }
         }
         if self.members < 2 {
@@ -122,7 +128,7 @@ impl DesignOptions {
         check_limit(&MEMBERS, self.members as f64, "members")?;
         let triangle = factors.len() * (factors.len() + 1) / 2;
         let numbers = self.members * SENSORS.max as usize * triangle * self.run_lengths_s.len().max(1);
-        STATISTICS_MIB.check(8.0 * numbers as f64 / f64::from(1 << 20)).map_err(|message| {
+        STATISTICS_MIB.check(16.0 * numbers as f64 / f64::from(1 << 20)).map_err(|message| {
             let what = format!("{} members, {} factors", self.members, factors.len());
             InputError::general(format!("{message} of {what}: take fewer members, factors or run lengths"))
         })?;
@@ -144,7 +150,7 @@ impl DesignOptions {
             least_distance_m: self.least_distance_m,
             position_tolerance_m: self.position_tolerance_m,
             sampling_s: self.sampling_s,
-            noise_k: self.noise_k,
+            noise: SampleNoise::stated(self.noise_k, self.correlation_s),
             run_lengths_s,
             criterion: self.criterion,
             robustness: self.robustness,
@@ -154,4 +160,11 @@ impl DesignOptions {
             bounds: self.bounds,
         })
     }
+}
+
+/// A standard deviation of a sample that a design can use.
+pub(in crate::session) fn checked_noise_k(noise_k: f64) -> Result<(), InputError> {
+    Observation::checked_sigma_k(noise_k)
+        .map(drop)
+        .map_err(|message| InputError::for_option("noise_k", format!(": {message}")))
 }

@@ -11,6 +11,7 @@ mod twin;
 mod uncertainty;
 
 pub use design::DesignOptions;
+pub(super) use design::checked_noise_k;
 pub use estimate::{EstimateOptions, FitOptions, Start};
 pub use history::HistoryOptions;
 pub use sensitivity::{Derivatives, SensitivityOptions};

@@ -4,6 +4,7 @@ use super::candidates::{Candidate, existing, instrumented, selectable};
 use super::{Design, DesignError, DesignRequest, InformationMap};
 use crate::case::Case;
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+use crate::fit::noise_model::ScoreSum;
 use crate::fit::optimal_design::{InformationTable, Objective, OptimalSet, Robustness};
 use crate::limits::SENSORS;
 use crate::march::{March, MarchError};
@@ -120,7 +121,8 @@ struct Gathering<'a> {
     neighbours: Vec<(usize, usize)>,
     /// End of the instants of each run length.
     ends: Vec<usize>,
-    /// Run length × member × candidate × lower triangle.
+    instants_s: &'a [f64],
+    /// Run length × member × candidate × the lower triangles of the information and of the covariance of the score.
     entries: Vec<Vec<f64>>,
     prediction: Vec<f64>,
     nominal_k: Vec<Vec<Vec<f64>>>,
@@ -131,7 +133,7 @@ struct Gathering<'a> {
 impl<'a> Gathering<'a> {
     fn new(
         request: &'a DesignRequest,
-        plan: &Plan,
+        plan: &'a Plan,
         deviations: &'a [f64],
         candidates: &'a [Candidate],
         run_lengths_s: &[f64],
@@ -143,6 +145,7 @@ impl<'a> Gathering<'a> {
             candidates,
             neighbours: neighbours(candidates),
             ends: run_lengths_s.iter().map(end).collect(),
+            instants_s: &plan.instants_s,
             entries: vec![Vec::new(); run_lengths_s.len()],
             prediction: Vec::new(),
             nominal_k: Vec::new(),
@@ -182,36 +185,30 @@ impl<'a> Gathering<'a> {
         let (above_k, below_k) = (traces.trace(row, before), traces.trace(row, after));
         let distance_m = self.candidates[after].depth_m - self.candidates[before].depth_m;
         let tolerance_m = self.request.position_tolerance_m;
-        let noise = self.request.noise_k;
-        let mut sums = vec![0.0; n * (n + 1) / 2];
-        let (mut across, mut squares) = (vec![0.0; n], 0.0);
-        let mut scaled = vec![0.0; n];
+        let noise = self.request.noise;
+        // The depth of the sensor is the last variable.
+        let (mut information, mut correlated) =
+            (ScoreSum::new(n + 1, 0.0), ScoreSum::new(n + 1, noise.correlation_time_s));
+        let mut derivatives = Vec::with_capacity(n + 1);
         let mut start = 0;
         for (place, &end) in self.ends.iter().enumerate() {
             // Run lengths ascend, so that the sums of one continue those of the one before.
             for instant in start..end {
                 let shift = if distance_m > 0.0 { (below_k[instant] - above_k[instant]) / distance_m } else { 0.0 };
-                let shift = shift * tolerance_m / noise;
-                squares += shift * shift;
-                let mut entry = 0;
-                for i in 0..n {
-                    scaled[i] = self.deviations[i] * slopes[i][instant] / noise;
-                    across[i] += scaled[i] * shift;
-                    for j in 0..=i {
-                        sums[entry] += scaled[i] * scaled[j];
-                        entry += 1;
-                    }
-                }
+                derivatives.clear();
+                derivatives.extend(self.deviations.iter().zip(&slopes).map(|(sd, slope)| sd * slope[instant]));
+                derivatives.push(shift * tolerance_m);
+                derivatives.iter_mut().for_each(|derivative| *derivative /= noise.deviation_k);
+                let before = if instant > 0 { self.instants_s[instant - 1] } else { f64::NEG_INFINITY };
+                let gap_s = self.instants_s[instant] - before;
+                information.add(gap_s, &derivatives);
+                correlated.add(gap_s, &derivatives);
             }
             start = start.max(end);
-            // The depth of the sensor as a nuisance parameter with a prior of one tolerance.
-            let mut entry = 0;
-            for i in 0..n {
-                for j in 0..=i {
-                    self.entries[place].push(sums[entry] - across[i] * across[j] / (1.0 + squares));
-                    entry += 1;
-                }
-            }
+            let scores: Vec<f64> = (information.triangle.iter().zip(&correlated.triangle))
+                .map(|(white, correlated)| correlated + noise.white_fraction * (white - correlated))
+                .collect();
+            self.entries[place].extend(without_depth(&information.triangle, &scores, n));
         }
     }
 
@@ -221,13 +218,28 @@ impl<'a> Gathering<'a> {
         let size = n * (n + 1) / 2;
         let table = |entries: &Vec<f64>| {
             let mut table = InformationTable::new(n, self.members, depths);
-            for (index, values) in entries.chunks(size).enumerate() {
-                table.entry_mut(index % depths, index / depths).copy_from_slice(values);
+            for (index, values) in entries.chunks(2 * size).enumerate() {
+                table.set(index % depths, index / depths, &values[..size], &values[size..]);
             }
             table
         };
         self.entries.iter().map(table).collect()
     }
+}
+
+/// Information and covariance of the score, lower triangles, of the first variables after the last one is eliminated: a
+/// nuisance parameter with a prior of standard deviation one. From the triangles of all `n + 1` variables.
+fn without_depth(information: &[f64], scores: &[f64], n: usize) -> Vec<f64> {
+    let last = n * (n + 1) / 2;
+    let (across, squares) = (&information[last..last + n], 1.0 + information[last + n]);
+    let (score_across, score_squares) = (&scores[last..last + n], 1.0 + scores[last + n]);
+    let pairs = || (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).enumerate();
+    let eliminated = pairs().map(|(entry, (i, j))| information[entry] - across[i] * across[j] / squares);
+    let covariance = pairs().map(|(entry, (i, j))| {
+        let mixed = across[i] * score_across[j] + score_across[i] * across[j];
+        scores[entry] - mixed / squares + across[i] * across[j] * score_squares / squares.powi(2)
+    });
+    eliminated.chain(covariance).collect()
 }
 
 /// For each candidate the next one above and below it, or itself at an end.

@@ -45,7 +45,8 @@ mod tests {
         let (walkers, iterations) = (30, 1200);
         let chain = (0..iterations * walkers).map(|place| place as f64).collect();
         let (acceptance, evaluations, lowest) = (0.5, 0, (Vec::new(), 0.0));
-        let sampled = EnsembleChains { walkers, iterations, chains: vec![chain], acceptance, evaluations, lowest };
+        let sampled =
+            EnsembleChains { walkers, iterations, chains: vec![chain], acceptance, evaluations, lowest, annealing: 0 };
         let found = ChainTraces::of(&sampled);
         assert_eq!((found.walkers.len(), found.iterations.len()), (MAX_WALKERS, MAX_ITERATIONS));
         assert_eq!((found.iterations[0], found.iterations.last()), (2, Some(&iterations)));

@@ -79,7 +79,7 @@ fn chain_traces(found: &ParameterEstimates, outcome: &Posterior, factor: usize) 
              cannot be told apart. R-hat {}; autocorrelation time {} iterations.",
             format::counted(chains.walkers.len(), "walker"),
             format::count(outcome.walkers.number),
-            format::significant(diagnostics.r_hat, 3),
+            format::significant(diagnostics.r_hat, 4),
             format::significant(diagnostics.autocorrelation_time, 2)
         ),
         x: Axis::linear("Iteration").with_range(0.0, outcome.walkers.iterations as f64),

@@ -23,7 +23,7 @@ pub(in crate::report::estimate) fn posterior(
                 format!("{low:.3} to {high:.3}"),
                 format::interval(found.intervals[place], estimand.bounds),
                 by_profile.unwrap_or("-".to_owned()),
-                format::significant(marginal.diagnostics.r_hat, 3),
+                format::significant(marginal.diagnostics.r_hat, 4),
                 format::significant(marginal.diagnostics.autocorrelation_time, 2),
                 format::significant(marginal.diagnostics.effective_draws, 2),
             ]

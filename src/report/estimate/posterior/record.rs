@@ -12,6 +12,7 @@ use serde::Serialize;
 pub(in crate::report::estimate) struct PosteriorRecord<'a> {
     walkers: usize,
     iterations: usize,
+    annealing: usize,
     burn_in: usize,
     acceptance: f64,
     marches: usize,
@@ -83,6 +84,7 @@ impl<'a> PosteriorRecord<'a> {
         Self {
             walkers: outcome.walkers.number,
             iterations: outcome.walkers.iterations,
+            annealing: outcome.annealing,
             burn_in: outcome.burn_in,
             acceptance: outcome.acceptance,
             marches: outcome.marches,
