@@ -15,6 +15,7 @@ mod flux_inversion; // inverse heat conduction: flux from a thermocouple
 #[cfg(target_os = "linux")]
 mod fuzz; // mutants of everything that is read, in this process and through the command
 mod golden; // nominal march of every shipped case against stored values
+mod history_coverage; // bands of heating histories over random histories
 mod import_graph; // imports between files have no cycle
 mod json_serialisation; // cases and answers as JSON, and the fingerprint of a case
 mod landscape; // maps of the objective against minimisations of it

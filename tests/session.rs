@@ -128,7 +128,7 @@ fn a_session_gives_all_answers_of_the_command_bit_identically() {
         check(3, &session, result, format!("study {path} -n {MEMBERS}"));
         let result = session.size(&size).map(drop);
         check(4, &session, result, size_words);
-        let result = session.history(&HistoryOptions { knots: 3, ..HistoryOptions::default() }).map(drop);
+        let result = session.history(&HistoryOptions { knots: Some(3), ..HistoryOptions::default() }).map(drop);
         check(5, &session, result, format!("history {path} --knots 3"));
         let result = session.twin_study(&TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(2) }).map(drop);
         check(6, &session, result, format!("twin {path} --study 2 --noise 2K"));

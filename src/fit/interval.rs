@@ -36,6 +36,37 @@ pub fn student_95(degrees_of_freedom: f64) -> f64 {
     high
 }
 
+/// Half-width of the central 95 % interval of the sum of two errors about zero: a mixture of Student's t distributions,
+/// of which each has a probability and the square of a scale, and a normal error of another variance. Infinite without
+/// degrees of freedom, with an infinite scale, or of no distribution.
+pub(crate) fn student_mixture_95(parts: &[(f64, f64)], other_variance: f64, degrees_of_freedom: f64) -> f64 {
+    let t = student_95(degrees_of_freedom);
+    // The other variance is normal, so it contributes a normal quantile.
+    let other_variance = if other_variance > 0.0 { other_variance * (NORMAL_95 / t).powi(2) } else { 0.0 };
+    let scales: Vec<(f64, f64)> =
+        parts.iter().map(|(probability, square)| (*probability, (square + other_variance).sqrt())).collect();
+    let least = scales.iter().map(|(_, scale)| *scale).fold(f64::INFINITY, f64::min);
+    let most = scales.iter().map(|(_, scale)| *scale).fold(0.0, f64::max);
+    let Ok(student) = StudentsT::new(0.0, 1.0, degrees_of_freedom) else { return f64::INFINITY };
+    if !(t.is_finite() && least.is_finite() && most.is_finite()) {
+        return f64::INFINITY;
+    }
+    let all: f64 = scales.iter().map(|(probability, _)| probability).sum();
+    let below = |half: f64| {
+        let each = scales.iter().map(|&(probability, scale)| match scale {
+            0.0 => probability,
+            _ => probability * student.cdf(half / scale),
+        });
+        each.sum::<f64>() / all
+    };
+    let (mut low, mut high) = (t * least, t * most);
+    while high - low > 1e-7 * most {
+        let middle = (low + high) / 2.0;
+        if below(middle) < 0.975 { low = middle } else { high = middle }
+    }
+    high
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -33,9 +33,8 @@
 //! `(XᵀX)⁻¹ XᵀΣX (XᵀX)⁻¹ s²`. Generalised least squares are not used: residuals of real data are model error, and for a
 //! long τ generalised least squares fit the differences of readings and ignore their level.
 
-use super::interval::{NORMAL_95, student_95};
+use super::interval::student_mixture_95;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Prior probabilities of white noise and of the purely exponential process; the remainder is that of their sum.
 const WHITE_PRIOR: f64 = 0.75;
@@ -48,6 +47,10 @@ const WHITE_FRACTIONS: [(f64, f64); 8] =
 const SHORTEST_TIME_RATIO: f64 = 0.3;
 const LONGEST_TIME_RATIO: f64 = 10.0;
 const TIME_GRID_RATIO: f64 = 1.5;
+/// A coarser grid, for models that are combined with models of the signal: every second correlation time, and every
+/// second white fraction.
+const COARSE_TIME_GRID_RATIO: f64 = 2.25;
+const COARSE_WHITE_FRACTIONS: [(f64, f64); 4] = [(0.0, 0.1), (0.2, 0.25), (0.5, 0.35), (0.85, 0.3)];
 /// Posterior probability below which a model is left out of mixtures: all such models together change no quantile by a
 /// thousandth.
 const NEGLIGIBLE_PROBABILITY: f64 = 1e-6;
@@ -76,6 +79,17 @@ pub struct OrnsteinUhlenbeck {
     pub variance: f64,
 }
 
+/// A correlation of the noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NoiseCorrelation {
+    /// τ, in the unit of the abscissae; zero for white noise alone.
+    pub correlation_time: f64,
+    /// η.
+    pub white_fraction: f64,
+    /// Prior probability.
+    pub prior: f64,
+}
+
 /// `XᵀΣX` at unit variance for each model of a [`NoiseProcess`], in the same order: the covariance of the score Xᵀr.
 #[derive(Clone, Debug)]
 pub struct ScoreCovariances(Vec<DMatrix<f64>>);
@@ -84,22 +98,24 @@ impl NoiseProcess {
     /// Estimates the noise from residuals, their Jacobian, and the increasing abscissae of each trace. The residuals of
     /// the traces follow one another.
     pub fn estimate(residuals: &DVector<f64>, jacobian: &DMatrix<f64>, traces: &[Vec<f64>]) -> Self {
-        let full = traces.iter().filter(|times| !times.is_empty());
-        let gaps: Vec<Vec<f64>> = full.map(|times| times.windows(2).map(|pair| pair[1] - pair[0]).collect()).collect();
+        let gaps = gaps(traces);
         let basis = column_basis(jacobian);
         let freedom = residuals.len() as f64 - basis.ncols() as f64;
         let mut columns = basis.insert_column(0, 0.0);
         columns.set_column(0, residuals);
-        let grid = if freedom > 0.0 { model_grid(&gaps) } else { vec![(0.0, 1.0, 1.0)] };
+        let grid = if freedom > 0.0 {
+            model_grid(&gaps, TIME_GRID_RATIO, &WHITE_FRACTIONS)
+        } else {
+            vec![NoiseCorrelation::WHITE]
+        };
         let weighed: Vec<(f64, OrnsteinUhlenbeck)> = grid
             .into_iter()
-            .filter_map(|(correlation_time, white_share, prior)| {
-                let (log, squares) = restricted_likelihood(&columns, &gaps, correlation_time, white_share, freedom)?;
+            .filter_map(|correlation| {
+                let NoiseCorrelation { correlation_time, white_fraction, prior } = correlation;
+                let (log, squares) = restricted_likelihood(&columns, &gaps, &correlation, freedom)?;
                 let variance = if freedom > 0.0 { squares / freedom } else { f64::INFINITY };
-                Some((
-                    log + f64::ln(prior),
-                    OrnsteinUhlenbeck { correlation_time, white_fraction: white_share, probability: 0.0, variance },
-                ))
+                let model = OrnsteinUhlenbeck { correlation_time, white_fraction, probability: 0.0, variance };
+                Some((log + prior.ln(), model))
             })
             .collect();
         let largest = weighed.iter().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
@@ -129,7 +145,7 @@ impl NoiseProcess {
         let mut covariance = |model: &OrnsteinUhlenbeck| {
             let cached = last.take().filter(|(time, _)| *time == model.correlation_time);
             let (time, correlated) = cached.unwrap_or_else(|| {
-                (model.correlation_time, self.exponential_score_covariance(jacobian, model.correlation_time))
+                (model.correlation_time, exponential_score_covariance(jacobian, &self.gaps, model.correlation_time))
             });
             let sum = &correlated * (1.0 - model.white_fraction) + &white * model.white_fraction;
             last = Some((time, correlated));
@@ -141,34 +157,11 @@ impl NoiseProcess {
     /// Half-width of the 95 % interval of a quantity with this gradient in `XᵀΔr` and with additional normal variance
     /// `other_variance`: a quantile of the mixture. Infinite without degrees of freedom.
     pub fn half_width(&self, sums: &ScoreCovariances, gradient: &DVector<f64>, other_variance: f64) -> f64 {
-        let t = student_95(self.degrees_of_freedom);
-        // The additional variance is normal, so it contributes a normal quantile.
-        let other_variance = if other_variance > 0.0 { other_variance * (NORMAL_95 / t).powi(2) } else { 0.0 };
-        let deviation = |(model, sum): (&OrnsteinUhlenbeck, &DMatrix<f64>)| {
-            let noise_variance = model.variance * gradient.dot(&(sum * gradient)).max(0.0);
-            (model.probability, (noise_variance + other_variance).sqrt())
+        let square = |(model, sum): (&OrnsteinUhlenbeck, &DMatrix<f64>)| {
+            (model.probability, model.variance * gradient.dot(&(sum * gradient)).max(0.0))
         };
-        let parts: Vec<(f64, f64)> = self.models.iter().zip(&sums.0).map(deviation).collect();
-        let least = parts.iter().map(|(_, deviation)| *deviation).fold(f64::INFINITY, f64::min);
-        let most = parts.iter().map(|(_, deviation)| *deviation).fold(0.0, f64::max);
-        let Ok(student) = StudentsT::new(0.0, 1.0, self.degrees_of_freedom) else { return f64::INFINITY };
-        if !t.is_finite() || !most.is_finite() {
-            return f64::INFINITY;
-        }
-        let all: f64 = parts.iter().map(|(probability, _)| probability).sum();
-        let below = |half: f64| {
-            let each = parts.iter().map(|&(probability, deviation)| match deviation {
-                0.0 => probability,
-                _ => probability * student.cdf(half / deviation),
-            });
-            each.sum::<f64>() / all
-        };
-        let (mut low, mut high) = (t * least, t * most);
-        while high - low > 1e-7 * most {
-            let middle = (low + high) / 2.0;
-            if below(middle) < 0.975 { low = middle } else { high = middle }
-        }
-        high
+        let parts: Vec<(f64, f64)> = self.models.iter().zip(&sums.0).map(square).collect();
+        student_mixture_95(&parts, other_variance, self.degrees_of_freedom)
     }
 
     /// Variance inflation by autocorrelation, and the effective sample size. The first is the ratio of the noise
@@ -183,23 +176,6 @@ impl NoiseProcess {
         let mode_inflation = each().find(|(model, _)| **model == mode).map_or(1.0, |(_, sum)| inflation(sum));
         let effective = each().map(|(model, sum)| model.probability * samples / inflation(sum).max(1.0)).sum();
         (mode_inflation, effective)
-    }
-
-    /// `XᵀΣX` of the exponential process at unit variance.
-    fn exponential_score_covariance(&self, jacobian: &DMatrix<f64>, correlation_time: f64) -> DMatrix<f64> {
-        let rows = jacobian.transpose();
-        let mut rows = rows.column_iter();
-        let mut sum = ScoreSum::new(jacobian.ncols(), correlation_time);
-        for gaps in &self.gaps {
-            // The noise of a trace is independent of that of the one before.
-            let steps = std::iter::once(f64::INFINITY).chain(gaps.iter().copied());
-            steps.zip(rows.by_ref()).for_each(|(gap, row)| sum.add(gap, row.as_slice()));
-        }
-        let triangle = &sum.triangle;
-        DMatrix::from_fn(jacobian.ncols(), jacobian.ncols(), |i, j| {
-            let (row, column) = (i.max(j), i.min(j));
-            triangle[row * (row + 1) / 2 + column]
-        })
     }
 }
 
@@ -233,22 +209,90 @@ impl ScoreSum {
     }
 }
 
+impl NoiseCorrelation {
+    const WHITE: Self = Self { correlation_time: 0.0, white_fraction: 1.0, prior: 1.0 };
+
+    /// A coarse grid for traces with these gaps.
+    pub(crate) fn coarse_grid(gaps: &[Vec<f64>]) -> Vec<Self> {
+        model_grid(gaps, COARSE_TIME_GRID_RATIO, &COARSE_WHITE_FRACTIONS)
+    }
+
+    /// Columns multiplied by the inverse of a square root of Σ, and the logarithm of the determinant of Σ: the
+    /// innovations of a scalar Kalman filter, with the same gains for every column, as they do not depend on the data.
+    pub(crate) fn whitened(&self, columns: &DMatrix<f64>, gaps: &[Vec<f64>]) -> (DMatrix<f64>, f64) {
+        let mut innovations = DMatrix::zeros(columns.nrows(), columns.ncols());
+        let mut log_determinant = 0.0;
+        let mut row = 0;
+        for gaps in gaps {
+            let stationary = 1.0 - self.white_fraction;
+            let mut variance = stationary;
+            let mut mean = columns.row(row) * 0.0;
+            for step in 0..=gaps.len() {
+                let total = (variance + self.white_fraction).max(MIN_VARIANCE);
+                let innovation = columns.row(row) - &mean;
+                innovations.set_row(row, &(&innovation / total.sqrt()));
+                log_determinant += total.ln();
+                row += 1;
+                let Some(&gap) = gaps.get(step) else { break };
+                let correlation = exponential_correlation(gap, self.correlation_time);
+                let gain = variance / total;
+                mean = (mean + innovation * gain) * correlation;
+                variance = correlation * correlation * variance * (1.0 - gain)
+                    + stationary * (1.0 - correlation * correlation);
+            }
+        }
+        (innovations, log_determinant)
+    }
+
+    /// `XᵀΣX` at unit variance.
+    pub(crate) fn score_covariance(&self, jacobian: &DMatrix<f64>, gaps: &[Vec<f64>]) -> DMatrix<f64> {
+        let white = jacobian.tr_mul(jacobian) * self.white_fraction;
+        if self.white_fraction == 1.0 {
+            return white;
+        }
+        white + exponential_score_covariance(jacobian, gaps, self.correlation_time) * (1.0 - self.white_fraction)
+    }
+}
+
+/// Gaps between the samples of each trace that has any.
+pub(crate) fn gaps(traces: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let full = traces.iter().filter(|times| !times.is_empty());
+    full.map(|times| times.windows(2).map(|pair| pair[1] - pair[0]).collect()).collect()
+}
+
+/// `XᵀΣX` of the exponential process at unit variance.
+fn exponential_score_covariance(jacobian: &DMatrix<f64>, gaps: &[Vec<f64>], correlation_time: f64) -> DMatrix<f64> {
+    let rows = jacobian.transpose();
+    let mut rows = rows.column_iter();
+    let mut sum = ScoreSum::new(jacobian.ncols(), correlation_time);
+    for gaps in gaps {
+        // The noise of a trace is independent of that of the one before.
+        let steps = std::iter::once(f64::INFINITY).chain(gaps.iter().copied());
+        steps.zip(rows.by_ref()).for_each(|(gap, row)| sum.add(gap, row.as_slice()));
+    }
+    let triangle = &sum.triangle;
+    DMatrix::from_fn(jacobian.ncols(), jacobian.ncols(), |i, j| {
+        let (row, column) = (i.max(j), i.min(j));
+        triangle[row * (row + 1) / 2 + column]
+    })
+}
+
 /// Correlation of two samples of the exponential process.
 fn exponential_correlation(gap: f64, correlation_time: f64) -> f64 {
     if correlation_time > 0.0 { (-gap / correlation_time).exp() } else { 0.0 }
 }
 
-/// The model grid: correlation time, white fraction and prior probability.
-fn model_grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
+/// The model grid, with this ratio of neighbouring correlation times and these white fractions.
+fn model_grid(gaps: &[Vec<f64>], time_ratio: f64, white_fractions: &[(f64, f64)]) -> Vec<NoiseCorrelation> {
     let all = || gaps.iter().flatten().copied().filter(|gap| *gap > 0.0);
     let shortest = all().fold(f64::INFINITY, f64::min);
     let longest = gaps.iter().map(|gaps| gaps.iter().sum()).fold(0.0, f64::max);
     if !(shortest.is_finite() && longest > 0.0) {
-        return vec![(0.0, 1.0, 1.0)];
+        return vec![NoiseCorrelation::WHITE];
     }
     let steps =
-        ((LONGEST_TIME_RATIO * longest / (SHORTEST_TIME_RATIO * shortest)).ln() / TIME_GRID_RATIO.ln()).ceil() as i32;
-    let times: Vec<f64> = (0..=steps).map(|step| SHORTEST_TIME_RATIO * shortest * TIME_GRID_RATIO.powi(step)).collect();
+        ((LONGEST_TIME_RATIO * longest / (SHORTEST_TIME_RATIO * shortest)).ln() / time_ratio.ln()).ceil() as i32;
+    let times: Vec<f64> = (0..=steps).map(|step| SHORTEST_TIME_RATIO * shortest * time_ratio.powi(step)).collect();
     // Jeffreys' prior in ln τ: the square root of the Fisher information of all gaps, each ρ² (Δt/τ)²/(1 − ρ²).
     let density = |time: &f64| {
         let information = |gap: f64| (gap / time).powi(2) / (2.0 * gap / time).exp_m1();
@@ -257,45 +301,23 @@ fn model_grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
     let densities: Vec<f64> = times.iter().map(density).collect();
     let sum: f64 = densities.iter().sum();
     let models = times.iter().zip(&densities).flat_map(|(&time, density)| {
-        WHITE_FRACTIONS.into_iter().map(move |(share, width)| {
-            let prior =
-                (1.0 - WHITE_PRIOR - EXPONENTIAL_PRIOR) * width + if share == 0.0 { EXPONENTIAL_PRIOR } else { 0.0 };
-            (time, share, prior * density / sum)
+        white_fractions.iter().map(move |&(white_fraction, width)| {
+            let exponential = if white_fraction == 0.0 { EXPONENTIAL_PRIOR } else { 0.0 };
+            let prior = (1.0 - WHITE_PRIOR - EXPONENTIAL_PRIOR) * width + exponential;
+            NoiseCorrelation { correlation_time: time, white_fraction, prior: prior * density / sum }
         })
     });
-    std::iter::once((0.0, 1.0, WHITE_PRIOR)).chain(models).collect()
+    std::iter::once(NoiseCorrelation { prior: WHITE_PRIOR, ..NoiseCorrelation::WHITE }).chain(models).collect()
 }
 
 /// Logarithm of the restricted likelihood, and rᵀPr; the first column is r, the others are a basis of X.
 fn restricted_likelihood(
     columns: &DMatrix<f64>,
     gaps: &[Vec<f64>],
-    correlation_time: f64,
-    white_share: f64,
+    correlation: &NoiseCorrelation,
     freedom: f64,
 ) -> Option<(f64, f64)> {
-    let mut innovations = DMatrix::zeros(columns.nrows(), columns.ncols());
-    let mut log_determinant = 0.0;
-    let mut row = 0;
-    // Innovations of a scalar Kalman filter, with the same gains for every column, as they do not depend on the data.
-    for gaps in gaps {
-        let stationary = 1.0 - white_share;
-        let mut variance = stationary;
-        let mut mean = columns.row(row) * 0.0;
-        for step in 0..=gaps.len() {
-            let total = (variance + white_share).max(MIN_VARIANCE);
-            let innovation = columns.row(row) - &mean;
-            innovations.set_row(row, &(&innovation / total.sqrt()));
-            log_determinant += total.ln();
-            row += 1;
-            let Some(&gap) = gaps.get(step) else { break };
-            let correlation = exponential_correlation(gap, correlation_time);
-            let gain = variance / total;
-            mean = (mean + innovation * gain) * correlation;
-            variance =
-                correlation * correlation * variance * (1.0 - gain) + stationary * (1.0 - correlation * correlation);
-        }
-    }
+    let (innovations, log_determinant) = correlation.whitened(columns, gaps);
     let basis = innovations.columns(1, columns.ncols() - 1);
     let cholesky = basis.tr_mul(&basis).cholesky()?;
     let with_basis = basis.tr_mul(&innovations.column(0));

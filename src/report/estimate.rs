@@ -174,14 +174,7 @@ fn interval_text(outcome: &ParameterEstimates, place: usize) -> String {
 
 /// The noise model of the residuals.
 fn noise_model(outcome: &ParameterEstimates) -> String {
-    let correlation = if outcome.correlation_time_s > 0.0 {
-        let share = outcome.white_share;
-        let white =
-            if share > 0.0 { format!(" and a white-noise share of {}", format::percent(share)) } else { String::new() };
-        format!("correlation time {}{white}", format::seconds(outcome.correlation_time_s))
-    } else {
-        "white noise".to_owned()
-    };
+    let correlation = format::noise_correlation(outcome.correlation_time_s, outcome.white_share);
     format!(
         "Noise model of the residuals (maximum restricted likelihood): {correlation}. Effective sample size {} of {}; \
          lag-one autocorrelation of the residuals {}.",

@@ -243,6 +243,16 @@ pub(super) fn clause(text: &str) -> &str {
     text.trim().trim_end_matches('.')
 }
 
+/// The correlation of a noise model.
+pub(super) fn noise_correlation(correlation_time_s: f64, white_share: f64) -> String {
+    if correlation_time_s <= 0.0 {
+        return "white noise".to_owned();
+    }
+    let white =
+        if white_share > 0.0 { format!(" and a white-noise share of {}", percent(white_share)) } else { String::new() };
+    format!("correlation time {}{white}", seconds(correlation_time_s))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,7 +13,7 @@ use super::terminal::wrap;
 use super::{ReportError, format};
 use crate::case::Case;
 use crate::study::answers::Answers;
-use crate::study::flux_inversion::{FluxInversion, HeatingQuantity, SmoothingCriterion};
+use crate::study::flux_inversion::{FluxInversion, HeatingQuantity};
 
 impl Reportable for FluxInversion {
     fn comes_first(&self) -> bool {
@@ -105,7 +105,8 @@ fn table_rows(outcome: &FluxInversion, most: usize) -> Vec<[String; 4]> {
     let picked = (0..rows).map(|row| row * last / (rows - 1));
     let unit = quantity_format(outcome.quantity);
     let cells = |knot: usize| {
-        let half = if outcome.undetermined[knot] { "unknown".to_owned() } else { unit.width(outcome.half_width(knot)) };
+        let half =
+            if outcome.undetermined[knot] { "unknown".to_owned() } else { unit.width(outcome.half_widths[knot]) };
         let time_s = format::trim_zeros(format::grouped(outcome.times_s[knot], 2));
         [time_s, unit.value(outcome.values[knot]), half, unit.value(outcome.case_values[knot])]
     };
@@ -135,7 +136,7 @@ fn finding(answers: &Answers, outcome: &FluxInversion) -> String {
         .zip(&outcome.times_s)
         .fold((0.0, 0.0), |peak, (&value, &time_s)| if value > peak.0 { (value, time_s) } else { peak });
     let (sensors, during) = (format::list(&sensors), format::seconds(outcome.end_s));
-    let (found, deviation, stated) = (outcome.integral, outcome.integral_deviation, outcome.case_integral);
+    let (found, half, stated) = (outcome.integral, outcome.integral_half_width, outcome.case_integral);
     let left_out = match &undetermined_times(outcome)[..] {
         [] => String::new(),
         knots => format!("; the uncertainty of the undetermined {} at {} is excluded", unit.noun, format::list(knots)),
@@ -148,7 +149,7 @@ fn finding(answers: &Answers, outcome: &FluxInversion) -> String {
             "From {sensors}: mean gas temperature {} ± {} K (95 %{left_out}) over {during}, {} K {} than the case \
              states; peak {} K at {}.",
             unit.value(mean(found)),
-            format::significant(1.96 * mean(deviation), 2),
+            format::significant(mean(half), 2),
             format::significant(less.abs(), 2),
             if less < 0.0 { "less" } else { "more" },
             unit.value(peak),
@@ -166,43 +167,27 @@ fn finding(answers: &Answers, outcome: &FluxInversion) -> String {
     format!(
         "From {sensors}: {fluence} {} ± {} MJ/m² (95 %{left_out}) in {during}{difference}; {highest}.",
         format::significant(1e-6 * found, 3),
-        format::significant(1.96e-6 * deviation, 2),
+        format::significant(1e-6 * half, 2),
     )
 }
 
-/// The regularisation, and how its weight was chosen.
+/// The regularisation, how its weight was chosen, and the noise.
 fn regularisation(outcome: &FluxInversion) -> String {
-    let rms = format::significant(outcome.selected.rms, 3);
-    let why = match outcome.criterion {
-        SmoothingCriterion::Discrepancy => format!(
-            "Regularisation weight by the discrepancy principle: the largest for which the residuals match the noise \
-             (weighted RMSE {rms})."
-        ),
-        SmoothingCriterion::Straight => format!(
-            "A schedule that is linear between the corners of the stated one fits the data within their noise \
-             (weighted RMSE {rms}); weaker regularisation would fit noise."
-        ),
-        SmoothingCriterion::Unmet => format!(
-            "No history fits the data within their noise: the weighted RMSE is {} even with negligible regularisation. \
-             The noise level is raised to it, and the discrepancy principle gives a weighted RMSE of {rms}.",
-            format::significant(outcome.l_curve.iter().map(|rung| rung.rms).fold(f64::INFINITY, f64::min), 3)
-        ),
-        SmoothingCriterion::LCurve => {
-            format!("Regularisation weight at the corner of the L-curve (weighted RMSE {rms}).")
-        }
-        SmoothingCriterion::Stated => format!("Regularisation weight as stated (weighted RMSE {rms})."),
-    };
+    let why = if outcome.weight_is_stated { "as stated" } else { "of least expected error, by restricted likelihood" };
     format!(
-        "{why} The data determine {} of {} knots (effective degrees of freedom).",
+        "Regularisation weight {why}. The data determine {} of {} knots (effective degrees of freedom). Noise: {} of \
+         the stated standard deviation, {}.",
         format::significant(outcome.degrees_of_freedom, 2),
-        format::count(outcome.times_s.len())
+        format::count(outcome.times_s.len()),
+        format::significant(outcome.noise_variance.sqrt(), 2),
+        format::noise_correlation(outcome.correlation_time_s, outcome.white_share)
     )
 }
 
-/// What the band includes.
+/// What the band is, and what it includes.
 fn band_explanation() -> &'static str {
-    "The 95 % band has measurement noise and discretisation error; not the regularisation bias and errors of \
-     properties, depths and physics."
+    "The 95 % band holds the true history at 95 % of the knots on average, at fewer beside sudden changes. It includes \
+     noise, regularisation bias and discretisation error, not errors of properties, depths and physics."
 }
 
 /// The discretisation error with the heating found.
@@ -226,12 +211,13 @@ fn discretisation(outcome: &FluxInversion) -> Option<String> {
 /// Warnings.
 fn history_warnings(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
     let mut warnings = Vec::new();
-    if outcome.criterion == SmoothingCriterion::Unmet {
-        warnings.push(
-            "No heating history fits the data within their noise: the noise is larger than stated (--set \
-             observations.sigma=...), or the model is incomplete and the estimated heating compensates for it."
-                .to_owned(),
-        );
+    if outcome.exceeds_stated_noise() {
+        warnings.push(format!(
+            "No heating history fits the data within their noise (residuals of {} stated standard deviations): the \
+             noise is larger than stated (--set observations.sigma=...), or the model is incomplete and the estimated \
+             heating compensates for it.",
+            format::significant(outcome.weighted_rms, 3)
+        ));
     }
     if outcome.knots_below_zero > 0 {
         let knots = format!("{} of {} knots", outcome.knots_below_zero, outcome.times_s.len());
@@ -264,30 +250,11 @@ fn history_warnings(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
     let open = undetermined_times(outcome);
     if !open.is_empty() {
         warnings.push(format!(
-            "The data do not determine the {} at {}: its standard deviation exceeds the largest estimate, or the \
+            "The data do not determine the {} at {}: its interval is wider than twice the largest estimate, or the \
              temperatures do not depend on it (as with a small flux under blowing). Integral and mean take these \
              values as exact.",
             unit.noun,
             format::list(&open)
-        ));
-    }
-    let beyond =
-        |&knot: &usize| outcome.smoothing_bias[knot].abs() > outcome.half_width(knot) && !outcome.undetermined[knot];
-    let worst = (0..outcome.times_s.len())
-        .filter(beyond)
-        .max_by(|&a, &b| outcome.smoothing_bias[a].abs().total_cmp(&outcome.smoothing_bias[b].abs()));
-    if let Some(knot) = worst {
-        let by = format!("{} {}", unit.width(outcome.smoothing_bias[knot].abs()), unit.unit);
-        let is_off = outcome.smoothing_bias[knot] > 0.0;
-        let moved = if is_off {
-            format!("lowers the {} by {by}", unit.noun)
-        } else {
-            format!("raises the {} by {by}", unit.noun)
-        };
-        warnings.push(format!(
-            "At {} the regularisation {moved}, more than the half-width of the band: features as short as this are not \
-             resolved.",
-            format::seconds(outcome.times_s[knot])
         ));
     }
     if outcome.end_s < answers.case.exposure.duration_s {
@@ -339,17 +306,12 @@ fn history_tables(case: &Case, outcome: &FluxInversion) -> Result<Vec<NamedFile>
     for (&time_s, &value) in outcome.schedule.times_s.iter().zip(&outcome.schedule.values) {
         found.row(None, [time_s, value])?;
     }
-    let [low, high, removed, stated] =
-        ["low", "high", "removed_by_smoothing", "stated"].map(|of| format!("{of}_{unit}"));
-    let columns = ["time_s", &value, &low, &high, &removed, &stated].map(str::to_owned);
+    let [low, high, stated] = ["low", "high", "stated"].map(|of| format!("{of}_{unit}"));
+    let columns = ["time_s", &value, &low, &high, &stated].map(str::to_owned);
     let mut band = CsvTable::new("history-band.csv", columns.each_ref().map(String::as_str))?;
     for (knot, &value) in outcome.values.iter().enumerate() {
-        let half = outcome.half_width(knot);
-        let (removed, stated) = (outcome.smoothing_bias[knot], outcome.case_values[knot]);
-        band.row(
-            None,
-            [outcome.times_s[knot], value, (value - half).max(outcome.least_value), value + half, removed, stated],
-        )?;
+        let (half, stated) = (outcome.half_widths[knot], outcome.case_values[knot]);
+        band.row(None, [outcome.times_s[knot], value, (value - half).max(outcome.least_value), value + half, stated])?;
     }
     let mut left = CsvTable::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
     for seen in &outcome.sensor_fits {

@@ -4,23 +4,25 @@
 //! The unknown is piecewise linear between knots, with one variable per knot, not negative unless the case's own flux
 //! is. All variables are estimated together by least squares over the whole march (whole-domain estimation: Beck,
 //! Blackwell & St Clair, *Inverse Heat Conduction*, 1985). Conduction delays and damps the signal between face and
-//! sensor, so noise limits the resolution in time. Tikhonov regularisation ([`Smoothing`]) smooths the solution,
-//! except across the jumps of the case's own schedule. Cells and steps are adapted to the heating found, and the
-//! estimate is repeated until its discretisation error meets the tolerance: the case's own heating is unlike the one
-//! sought.
+//! sensor, so noise limits the resolution in time. Tikhonov regularisation smooths the solution, except across the
+//! jumps of the case's own schedule. Its weight, and 95 % intervals that have noise and the bias of the regularisation,
+//! follow from models of both that are weighted by their restricted likelihood. Cells and steps are adapted to the
+//! heating found, and the estimate is repeated until its discretisation error meets the tolerance: the case's own
+//! heating is unlike the one sought.
 
 mod heating_quantity;
 mod inversion_problem;
 mod knots;
-mod smoothing;
+mod linearized_inversion;
+mod restricted_likelihood;
 
 pub use heating_quantity::HeatingQuantity;
-pub use smoothing::{LCurvePoint, Smoothing, SmoothingCriterion};
+pub use restricted_likelihood::WeightProbability;
 
 use super::sensitivity::difference_step;
 use super::thermocouple_residuals::{Sample, samples};
 use crate::adapt::{ACCEPTED_ERROR, adapt_monitored, refined_traces};
-use crate::case::{Case, Schedule};
+use crate::case::{Case, Observation, Schedule};
 use crate::ensemble::Ensemble;
 use crate::fit::{Fit, LeastSquares, Options, minimize};
 use crate::march::monitor::Monitor;
@@ -29,8 +31,9 @@ use crate::plan::Plan;
 use crate::traces::Traces;
 use inversion_problem::InversionProblem;
 use knots::Knots;
+use linearized_inversion::{LinearizedInversion, LinearizedQuery};
 use nalgebra::{DMatrix, DVector};
-use smoothing::{SmoothedFit, select_weight};
+use restricted_likelihood::{LinearizedReadings, ModelPosterior, RoughnessModels};
 
 /// Settings of a flux inversion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,10 +41,16 @@ pub struct InversionOptions {
     /// `None` selects the only quantity that heats the case's hot face.
     pub quantity: Option<HeatingQuantity>,
     /// Knots in addition to the corners of the case's own schedule, spread over the time in which that schedule heats.
-    pub knots: usize,
-    /// How the regularisation weight is chosen.
-    pub smoothing: Smoothing,
+    /// `None`: half as many as the sensor with the most samples has, at most [`DEFAULT_KNOTS`].
+    pub knots: Option<usize>,
+    /// Regularisation weight, relative to the weight at which the Jacobians of data and roughness have equal norms;
+    /// zero or more. `None` selects the weight of least expected error.
+    pub smoothing: Option<f64>,
 }
+
+/// Most knots where their number is not given: enough for what a thermocouple near the face resolves within a minute.
+/// With 20 the heating between the knots, which no interval has, matters at steps.
+pub const DEFAULT_KNOTS: usize = 40;
 
 /// The heating found: W/m² for a flux, K for a gas temperature.
 #[derive(Clone, Debug)]
@@ -54,30 +63,27 @@ pub struct FluxInversion {
     pub times_s: Vec<f64>,
     /// Value at each knot.
     pub values: Vec<f64>,
-    /// Standard deviation of each knot value due to measurement noise, at this regularisation weight, with the
-    /// undetermined knots fixed; the effect of the discretisation error is added in squares. The bias of the
-    /// regularisation is not included.
-    pub standard_deviations: Vec<f64>,
-    /// Regularisation bias of each knot value, to first order, computed from the estimated heating; the bias computed
-    /// from the true heating would be larger.
-    pub smoothing_bias: Vec<f64>,
+    /// Half-width of the 95 % interval of each knot value: noise, regularisation bias and discretisation error, with
+    /// the undetermined knots fixed. It is an interval for the true value, and 95 % is its coverage averaged over the
+    /// knots (Nychka, J. Am. Stat. Assoc. 83, 1988): less where the heating bends more than elsewhere.
+    pub half_widths: Vec<f64>,
     /// Value of the case's own schedule at each knot.
     pub case_values: Vec<f64>,
-    /// Whether a knot is undetermined: its standard deviation exceeds the largest value found.
+    /// Whether a knot is undetermined: the half-width of its interval exceeds twice the largest value found.
     pub undetermined: Vec<bool>,
     /// Schedule of the whole exposure. After the end of the window it is the case's own schedule, because no data
     /// constrain it.
     pub schedule: Schedule,
     /// Integral over the window: J/m² for a flux, K s for a gas temperature.
     pub integral: f64,
-    /// Standard deviation of the integral, with the undetermined knots fixed.
-    pub integral_deviation: f64,
+    /// Half-width of the 95 % interval of the integral, with the undetermined knots fixed.
+    pub integral_half_width: f64,
     /// Integral of the case's own schedule.
     pub case_integral: f64,
     /// Largest discretisation error of the readings with the heating found, K; `None` where the case states its cells
     /// and steps.
     pub discretisation_error_k: Option<f64>,
-    /// Change of the integral by the discretisation error, to first order; included in the standard deviation.
+    /// Change of the integral by the discretisation error, to first order; included in the interval.
     pub integral_discretisation_error: f64,
     /// Least value of a knot: zero, or minus infinity where the case's own flux is negative somewhere.
     pub least_value: f64,
@@ -86,12 +92,20 @@ pub struct FluxInversion {
     /// Effective degrees of freedom: the number of knot values that the data determine; regularisation determines the
     /// others.
     pub degrees_of_freedom: f64,
-    /// How the regularisation weight was chosen.
-    pub criterion: SmoothingCriterion,
-    /// The selected weight, with its misfit and roughness.
-    pub selected: LCurvePoint,
-    /// Every weight tried, the strongest first.
-    pub l_curve: Vec<LCurvePoint>,
+    /// The regularisation weight, relative to the weight at which the Jacobians of data and roughness have equal norms.
+    pub weight: f64,
+    /// Whether the weight was given.
+    pub weight_is_stated: bool,
+    /// The probabilities of the weights tried, in ascending order.
+    pub weights: Vec<WeightProbability>,
+    /// Root mean square of the residuals in their stated standard deviations.
+    pub weighted_rms: f64,
+    /// Correlation time of the most probable noise model, s; zero for white noise.
+    pub correlation_time_s: f64,
+    /// Fraction of white noise in the variance of the most probable noise model.
+    pub white_share: f64,
+    /// Variance of the most probable noise model, in squares of the stated deviations.
+    pub noise_variance: f64,
     /// One entry per sensor with readings.
     pub sensor_fits: Vec<SensorFit>,
     /// End of the last sensor window, s: no value is estimated after it.
@@ -203,7 +217,8 @@ pub fn invert_flux(
     };
     let (from_s, to_s) = case.fit_window_s();
     let end_s = to_s.min(case.exposure.duration_s);
-    let knots = Knots::new(own, quantity.unheated_value(), end_s, requested.knots);
+    let more = requested.knots.unwrap_or_else(|| (most_samples(case) / 2).min(DEFAULT_KNOTS));
+    let knots = Knots::new(own, quantity.unheated_value(), end_s, more);
     let inversion = Inversion { case, quantity, own, knots: &knots, window_s: (from_s, to_s), end_s, requested };
 
     let mut heating = knots.case_values.clone();
@@ -219,6 +234,18 @@ pub fn invert_flux(
         adaptations += 1;
     }
 }
+
+/// Most samples of a sensor in its window.
+fn most_samples(case: &Case) -> usize {
+    let in_window = |observation: &Observation| {
+        let (from_s, to_s) = case.window_s(observation.sensor);
+        observation.times_s.iter().filter(|time_s| (from_s..=to_s).contains(*time_s)).count()
+    };
+    case.fitted_observations().map(in_window).max().unwrap_or(0)
+}
+
+/// Most changes of the regularisation weight, each chosen at the heating found with the one before.
+const MAX_WEIGHT_CHANGES: usize = 6;
 
 /// Most adaptations of cells and steps to the heating found. Each brings the heating closer to the final one.
 const MAX_ADAPTATIONS: usize = 5;
@@ -264,7 +291,7 @@ impl Inversion<'_> {
         let largest = adapted_to.iter().map(|value| value.abs()).fold(0.0, f64::max);
         let scale = if largest > 0.0 { largest } else { quantity.default_scale() };
         let least_value = quantity.least_value(own);
-        let roughness = knots.roughness();
+        let roughness = RoughnessModels::of(knots);
         let difference_step = difference_step(march.backend().precision);
         let nominal = Ensemble::nominal(&case.factors);
         let mut problem = InversionProblem {
@@ -277,7 +304,7 @@ impl Inversion<'_> {
             scale,
             difference_step,
             samples: &flat,
-            roughness: &roughness,
+            roughness: &roughness.differences,
             weight: 0.0,
             bounds: vec![(least_value, f64::INFINITY); knots.times_s.len()],
             marches: 0,
@@ -290,61 +317,85 @@ impl Inversion<'_> {
         let tangent = at_start.and_then(|mut tangents| tangents.pop());
         let tangent = tangent.filter(|tangent| tangent.residuals.iter().all(|residual| residual.is_finite()));
         let Some(tangent) = tangent else { return Err(InversionError::Diverged) };
-        let alike = tangent.jacobian.norm() / roughness.norm().max(f64::MIN_POSITIVE);
+        let unit_weight = match roughness.differences.norm() {
+            0.0 => 1.0,
+            norm => tangent.jacobian.rows(0, flat.len()).norm() / norm,
+        };
+        let times_s = |samples: &Vec<Sample>| samples.iter().map(|sample| plan.instants_s[sample.instant]).collect();
+        let times_s: Vec<Vec<f64>> = observed.iter().map(times_s).collect();
+        let spans_s = DVector::from_vec(knots.trapezoidal_weights_s());
+        let linearized = |point: &DVector<f64>, residuals: &DVector<f64>, jacobian: &DMatrix<f64>| {
+            let jacobian = jacobian.rows(0, flat.len()).into_owned();
+            let response = &jacobian * point - residuals.rows(0, flat.len());
+            LinearizedReadings { jacobian, response, traces: &times_s, roughness: &roughness, unit_weight }
+        };
+        let best_weight = |readings: &LinearizedReadings<'_>, posterior: &ModelPosterior, point: &DVector<f64>| {
+            posterior.least_error_weight(readings, &spans_s, point.amax().max(1.0)).unwrap_or(1.0)
+        };
         let tolerance_reduction = (NEGLIGIBLE_REDUCTION / flat.len() as f64).max(1e-5);
         let options = Options { trials: 1, tolerance_reduction, tolerance_step: 1e-5, ..Options::default() };
-        let (solved, chosen, rungs) =
-            select_weight(requested.smoothing, flat.len(), &start, roughness.nrows() > 0, |weight, from| {
-                problem.weight = weight * alike;
-                let fit = minimize(&mut problem, from, &options)?;
-                let data = fit.residuals.rows(0, flat.len());
-                let rms = (data.norm_squared() / flat.len() as f64).sqrt();
-                Ok::<_, MarchError>(SmoothedFit {
-                    point: LCurvePoint { weight, rms, roughness: (&roughness * &fit.point).norm() },
-                    fit,
-                })
-            })?;
+        let mut weight = requested.smoothing.unwrap_or_else(|| {
+            let readings = linearized(&start, &tangent.residuals, &tangent.jacobian);
+            best_weight(&readings, &ModelPosterior::of(&readings), &start)
+        });
+        let (mut from, mut changes) = (start, 0);
+        let (fit, readings, posterior) = loop {
+            problem.weight = weight * unit_weight;
+            let fit = minimize(&mut problem, &from, &options)?;
+            let readings = linearized(&fit.point, &fit.residuals, &fit.jacobian);
+            let posterior = ModelPosterior::of(&readings);
+            let best = requested.smoothing.unwrap_or_else(|| best_weight(&readings, &posterior, &fit.point));
+            if best == weight || changes == MAX_WEIGHT_CHANGES {
+                break (fit, readings, posterior);
+            }
+            (weight, from, changes) = (best, fit.point, changes + 1);
+        };
 
-        let fit = &solved.fit;
         let ends = problem.traces(&DMatrix::from_columns(&[in_units(&knots.case_values), fit.point.clone()]))?;
         let marches = problem.marches;
         let values: Vec<f64> = fit.point.iter().map(|value| value * scale).collect();
         let found_case = self.heated_case(&values);
         let errors_k = self.discretisation_errors_k(&found_case, &whole_plan, &flat, &monitor)?;
-        let noise = solved.point.rms.max(1.0);
-        let known = LinearizedInversion::of(fit, flat.len(), noise);
         // A reading that is too high is met by less heating.
-        let errors = errors_k.iter().flatten().zip(&flat).map(|(error_k, sample)| -error_k / (sample.sigma_k * noise));
+        let errors = errors_k.iter().flatten().zip(&flat).map(|(error_k, sample)| -error_k / sample.sigma_k);
         let errors = match errors_k {
             Some(_) => DVector::from_iterator(flat.len(), errors),
             None => DVector::zeros(flat.len()),
         };
-        let shift = &known.noise_gain * errors;
-        let spans_s = DVector::from_vec(knots.trapezoidal_weights_s());
+        let known = LinearizedInversion::of(&LinearizedQuery {
+            readings: &readings,
+            posterior: &posterior,
+            weight,
+            known_errors: &errors,
+            spans: &spans_s,
+            largest: fit.point.amax(),
+        });
+        let (noise, noise_variance) = posterior.noise();
         let integral = |values: &[f64]| values.iter().zip(&spans_s).map(|(value, span_s)| value * span_s).sum();
-        let by_discretisation = shift.dot(&spans_s) * scale;
-        let deviations = known.deviations.iter().zip(&shift);
         let traces = observed.iter().filter(|trace| !trace.is_empty());
         Ok(FluxInversion {
             quantity,
-            standard_deviations: deviations.map(|(deviation, shift)| deviation.hypot(*shift) * scale).collect(),
-            smoothing_bias: known.smoothing_bias.iter().map(|value| value * scale).collect(),
+            half_widths: known.half_widths.iter().map(|half| half * scale).collect(),
             integral: integral(&values),
-            integral_deviation: (known.noise_gain.tr_mul(&spans_s).norm() * scale).hypot(by_discretisation),
+            integral_half_width: known.integral_half_width * scale,
             case_integral: integral(&knots.case_values),
             discretisation_error_k: errors_k.map(|of_k| of_k.iter().fold(0.0, |most: f64, at_k| most.max(at_k.abs()))),
-            integral_discretisation_error: by_discretisation,
+            integral_discretisation_error: known.integral_shift * scale,
             least_value,
-            knots_below_zero: knots_below_bound(fit, flat.len(), least_value),
+            knots_below_zero: knots_below_bound(&fit, flat.len(), least_value),
             degrees_of_freedom: known.degrees_of_freedom,
             undetermined: known.undetermined,
             schedule: heating_schedule(&found_case, quantity).unwrap_or_else(|| own.clone()),
             values,
             case_values: knots.case_values.clone(),
             times_s: knots.times_s.clone(),
-            criterion: chosen,
-            selected: solved.point,
-            l_curve: rungs,
+            weight,
+            weight_is_stated: requested.smoothing.is_some(),
+            weights: posterior.weights(),
+            weighted_rms: (fit.residuals.rows(0, flat.len()).norm_squared() / flat.len() as f64).sqrt(),
+            correlation_time_s: noise.correlation_time,
+            white_share: noise.white_fraction,
+            noise_variance,
             sensor_fits: traces.map(|samples| SensorFit::of(samples, &plan.instants_s, &ends)).collect(),
             end_s,
             samples: flat.len(),
@@ -420,9 +471,10 @@ impl FluxInversion {
         self.discretisation_error_k.is_some_and(|error_k| error_k > ACCEPTED_ERROR * tolerance_k)
     }
 
-    /// Half-width of the 95 % interval of a knot value under measurement noise.
-    pub fn half_width(&self, knot: usize) -> f64 {
-        1.96 * self.standard_deviations[knot]
+    /// Whether the residuals are larger than their stated standard deviations explain: the root mean square of n
+    /// standardised residuals exceeds this limit for 2.5 % of data sets, as its standard deviation is `1/√(2n)`.
+    pub fn exceeds_stated_noise(&self) -> bool {
+        self.weighted_rms > 1.0 + 2.0 / (2.0 * self.samples as f64).sqrt()
     }
 }
 
@@ -441,148 +493,5 @@ impl SensorFit {
             rms_k: (rms_k(&own), rms_k(&found)),
             residuals_k: found,
         }
-    }
-}
-
-/// The regularised estimate to first order. With J the weighted Jacobian of the data and L the weighted roughness
-/// operator, the estimate is `(JᵀJ + LᵀL)⁻¹ Jᵀ` times the data.
-struct LinearizedInversion {
-    /// Whether the standard deviation of a variable exceeds the largest value found, or neither data nor roughness
-    /// depend on it.
-    undetermined: Vec<bool>,
-    /// Standard deviation of each variable, with the undetermined variables fixed; infinite where nothing depends on
-    /// it.
-    deviations: DVector<f64>,
-    /// Variable × sample: change of each variable per standard deviation of each sample, with the undetermined
-    /// variables fixed.
-    noise_gain: DMatrix<f64>,
-    /// Regularisation bias of each variable, `(JᵀJ + LᵀL)⁻¹ LᵀL` times the estimate; zero for an undetermined variable.
-    smoothing_bias: DVector<f64>,
-    /// Trace of the data part of the hat matrix: the effective degrees of freedom.
-    degrees_of_freedom: f64,
-}
-
-impl LinearizedInversion {
-    /// From a fit whose first rows are the data. `noise` is the ratio of the actual to the stated standard deviations.
-    ///
-    /// A knot may be undetermined: no reading and no roughness depends on it at the estimate, as with a flux of zero
-    /// that blowing blocks. Its standard deviation is unbounded and would spoil every integral over it. So undetermined
-    /// knots are found first, and the others are assessed with these fixed.
-    fn of(fit: &Fit, samples: usize, noise: f64) -> Self {
-        let knots = fit.point.len();
-        let largest = fit.point.amax();
-        let all: Vec<usize> = (0..knots).filter(|&knot| fit.jacobian.column(knot).norm() > 0.0).collect();
-        let free = Self::restricted(fit, &all, samples, noise);
-        let is_determined = |place: usize| free.noise_gain.row(place).norm() <= largest;
-        let kept: Vec<usize> = (0..all.len()).filter(|&place| is_determined(place)).map(|place| all[place]).collect();
-        let mut deviations = DVector::from_element(knots, f64::INFINITY);
-        all.iter().enumerate().for_each(|(place, &knot)| deviations[knot] = free.noise_gain.row(place).norm());
-        let held = Self::restricted(fit, &kept, samples, noise);
-        let mut known = Self {
-            undetermined: vec![true; knots],
-            deviations,
-            noise_gain: DMatrix::zeros(knots, samples),
-            smoothing_bias: DVector::zeros(knots),
-            degrees_of_freedom: held.degrees_of_freedom,
-        };
-        for (place, &knot) in kept.iter().enumerate() {
-            known.undetermined[knot] = false;
-            known.noise_gain.set_row(knot, &held.noise_gain.row(place));
-            known.deviations[knot] = held.noise_gain.row(place).norm();
-            known.smoothing_bias[knot] = held.smoothing_bias[place];
-        }
-        known
-    }
-
-    /// For some of the variables, with the others fixed.
-    fn restricted(fit: &Fit, places: &[usize], samples: usize, noise: f64) -> RestrictedInversion {
-        // Lower limit of a diagonal element, relative to the largest: avoids division by zero for a nearly undetermined
-        // knot.
-        const LEAST: f64 = 1e-12;
-        if places.is_empty() {
-            return RestrictedInversion {
-                noise_gain: DMatrix::zeros(0, samples),
-                smoothing_bias: DVector::zeros(0),
-                degrees_of_freedom: 0.0,
-            };
-        }
-        let jacobian = fit.jacobian.select_columns(places);
-        let decomposed = jacobian.clone().qr();
-        let (q, mut r) = (decomposed.q(), decomposed.r());
-        let least = (LEAST * r.diagonal().amax()).max(f64::MIN_POSITIVE);
-        for knot in 0..r.nrows() {
-            if r[(knot, knot)].abs() < least {
-                r[(knot, knot)] = least;
-            }
-        }
-        let back = |rows: &DMatrix<f64>| {
-            r.solve_upper_triangular(rows)
-                .unwrap_or_else(|| DMatrix::from_element(r.nrows(), rows.ncols(), f64::INFINITY))
-        };
-        let data = q.rows(0, samples).transpose();
-        let rough = q.rows(samples, q.nrows() - samples).transpose();
-        let weighted = fit.jacobian.rows(samples, fit.jacobian.nrows() - samples) * &fit.point;
-        let smoothed = back(&(rough * DMatrix::from_columns(&[weighted])));
-        RestrictedInversion {
-            degrees_of_freedom: data.norm_squared(),
-            noise_gain: back(&data) * noise,
-            smoothing_bias: smoothed.column(0).into_owned(),
-        }
-    }
-}
-
-/// The regularised estimate to first order, for some of the variables.
-struct RestrictedInversion {
-    noise_gain: DMatrix<f64>,
-    smoothing_bias: DVector<f64>,
-    degrees_of_freedom: f64,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fit::Termination;
-
-    /// Two variables, each measured once; the second is also tied to zero with the same weight.
-    #[test]
-    fn smoothing_of_equal_weight_halves_a_variable_and_its_noise() {
-        let jacobian = DMatrix::from_row_slice(3, 2, &[2.0, 0.0, 0.0, 4.0, 0.0, 4.0]);
-        let fit = Fit {
-            point: DVector::from_vec(vec![3.0, 5.0]),
-            objective: 0.0,
-            residuals: DVector::zeros(3),
-            jacobian,
-            path: Vec::new(),
-            evaluations: 0,
-            tangent_evaluations: 0,
-            termination: Termination::Reduction,
-        };
-        let known = LinearizedInversion::of(&fit, 2, 1.0);
-        assert!((known.degrees_of_freedom - 1.5).abs() < 1e-12);
-        assert!((known.noise_gain.row(0).norm() - 0.5).abs() < 1e-12);
-        assert!(
-            (known.noise_gain.row(1).norm() - 0.125).abs() < 1e-12,
-            "half of 0.25, the deviation without smoothing"
-        );
-        assert!(known.smoothing_bias[0].abs() < 1e-12 && (known.smoothing_bias[1] - 2.5).abs() < 1e-12);
-    }
-
-    /// Two variables: one measured, and one without effect on any residual.
-    #[test]
-    fn a_variable_without_effect_is_undetermined_and_widens_no_other() {
-        let fit = Fit {
-            point: DVector::from_vec(vec![3.0, 0.0]),
-            objective: 0.0,
-            residuals: DVector::zeros(3),
-            jacobian: DMatrix::from_row_slice(3, 2, &[2.0, 0.0, 2.0, 0.0, 0.0, 0.0]),
-            path: Vec::new(),
-            evaluations: 0,
-            tangent_evaluations: 0,
-            termination: Termination::Reduction,
-        };
-        let known = LinearizedInversion::of(&fit, 2, 1.0);
-        assert_eq!(known.undetermined, [false, true]);
-        let integral = known.noise_gain.tr_mul(&DVector::from_vec(vec![1.0, 50.0])).norm();
-        assert!((integral - 0.125f64.sqrt()).abs() < 1e-12 && known.deviations[1] == f64::INFINITY);
     }
 }

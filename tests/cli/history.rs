@@ -106,6 +106,6 @@ fn a_case_without_the_quantity_or_with_too_few_samples_is_refused() {
         "history two --knots 1",
         &["two", "a flux and a radiant-flux", "--quantity flux or --quantity radiant-flux"],
     );
-    refused("history c --knots 1 --smoothing soft", &["--smoothing \"soft\"", "discrepancy, l-curve"]);
+    refused("history c --knots 1 --smoothing soft", &["--smoothing \"soft\"", "expected a weight of 0 or more"]);
     refused("history c --knots 1 --bounds small", &["--bounds", "no factor"]);
 }

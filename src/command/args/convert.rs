@@ -21,7 +21,7 @@ use crate::session::{
 };
 use crate::study::depth_profiles::ProfileInstants;
 use crate::study::estimate::PAPER_RULES;
-use crate::study::flux_inversion::{HeatingQuantity, Smoothing};
+use crate::study::flux_inversion::HeatingQuantity;
 use crate::study::posterior::Walkers;
 use crate::study::sequential_sampling::PrecisionTarget;
 use crate::study::sweep_piece;
@@ -300,23 +300,19 @@ pub fn sensitivity(
     Ok(SensitivityOptions { observations: observations(data)?, derivatives })
 }
 
-/// The quantity to estimate over time, its knots, and the choice of the regularisation weight.
+/// The quantity to estimate over time, its knots, and the regularisation weight.
 pub fn history(data: &ObservationArgs, history: &HistoryArgs) -> Result<HistoryOptions, Failure> {
     Ok(HistoryOptions {
         observations: observations(data)?,
         quantity: history.quantity.as_deref().map(quantity).transpose()?,
         knots: history.knots,
-        smoothing: smoothing(&history.smoothing)?,
+        smoothing: history.smoothing.as_deref().map(smoothing).transpose()?,
     })
 }
 
-fn smoothing(text: &str) -> Result<Smoothing, Failure> {
-    match (text, text.parse::<f64>()) {
-        ("discrepancy", _) => Ok(Smoothing::Discrepancy),
-        ("l-curve", _) => Ok(Smoothing::LCurve),
-        (_, Ok(weight)) if weight.is_finite() && weight >= 0.0 => Ok(Smoothing::Stated(weight)),
-        _ => Err(input(format!("--smoothing {text:?}: expected discrepancy, l-curve, or a weight of 0 or more"))),
-    }
+fn smoothing(text: &str) -> Result<f64, Failure> {
+    let weight = text.parse().ok().filter(|weight: &f64| weight.is_finite() && *weight >= 0.0);
+    weight.ok_or_else(|| input(format!("--smoothing {text:?}: expected a weight of 0 or more")))
 }
 
 fn quantity(text: &str) -> Result<HeatingQuantity, Failure> {

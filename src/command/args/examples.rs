@@ -126,9 +126,8 @@ pub(super) const HISTORY: &str = "\
 Examples:
   bondline history cases/lcat-2259-lumps
 
-  # From one thermocouple, with 10 knots and the L-curve
-  bondline history cases/lcat-2259-lumps --sensors TC1 --knots 10 \\
-    --smoothing l-curve --quantity flux";
+  # From one thermocouple, with 60 knots
+  bondline history cases/lcat-2259-lumps --sensors TC1 --knots 60 --quantity flux";
 
 pub(super) const TWIN: &str = "\
 Examples:

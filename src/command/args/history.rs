@@ -9,9 +9,10 @@ pub struct HistoryArgs {
     #[arg(long)]
     pub quantity: Option<String>,
     /// Number of knots, in addition to the corners of the case's own schedule; the quantity is linear between knots
-    #[arg(long, default_value_t = 20)]
-    pub knots: usize,
-    /// Choice of the Tikhonov regularisation weight: discrepancy (principle), l-curve (corner), or the weight itself
-    #[arg(long, default_value = "discrepancy")]
-    pub smoothing: String,
+    /// [default: half as many as the samples of a sensor, at most 40]
+    #[arg(long)]
+    pub knots: Option<usize>,
+    /// Tikhonov regularisation weight [default: least expected error, by restricted likelihood]
+    #[arg(long)]
+    pub smoothing: Option<String>,
 }

@@ -9,7 +9,7 @@ use crate::study::flux_inversion::FluxInversion;
 
 pub(super) fn figures(answers: &Answers, outcome: &FluxInversion) -> Vec<Figure> {
     let mut figures = vec![flux(answers, outcome), residuals(answers, outcome)];
-    if outcome.l_curve.len() > 1 {
+    if !outcome.weight_is_stated {
         figures.push(weight_selection(outcome));
     }
     figures
@@ -25,7 +25,7 @@ fn flux(answers: &Answers, outcome: &FluxInversion) -> Figure {
     let bottom = 1.4 * lowest;
     let values = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * unit.scale).collect() };
     let edge = |sign: f64| {
-        let at = |knot: usize| (outcome.values[knot] + sign * outcome.half_width(knot)) * unit.scale;
+        let at = |knot: usize| (outcome.values[knot] + sign * outcome.half_widths[knot]) * unit.scale;
         knots.clone().map(|knot| at(knot).clamp(bottom, top)).collect()
     };
     let x = &outcome.times_s;
@@ -39,7 +39,7 @@ fn flux(answers: &Answers, outcome: &FluxInversion) -> Figure {
         y: Axis::linear(&format!("{}, {}", capitalised(unit.noun), unit.unit)).with_range(bottom, top),
         layers: vec![
             Layer::Band {
-                name: "95 % band (noise, discretisation)".to_owned(),
+                name: "95 % band".to_owned(),
                 ink: Ink::Series(0),
                 opacity: 0.2,
                 x: x.clone(),
@@ -100,27 +100,26 @@ fn residuals(answers: &Answers, outcome: &FluxInversion) -> Figure {
 }
 
 fn weight_selection(outcome: &FluxInversion) -> Figure {
-    let (x, y): (Vec<f64>, Vec<f64>) = outcome.l_curve.iter().map(|rung| (rung.weight, rung.rms)).unzip();
-    let ends = [x[x.len() - 1], x[0]];
+    let (x, y): (Vec<f64>, Vec<f64>) = outcome.weights.iter().map(|at| (at.weight, at.probability)).unzip();
+    let chosen = outcome.weights.iter().filter(|at| at.weight == outcome.weight);
     Figure {
         id: "history-smoothing".to_owned(),
         paper_reference: String::new(),
-        title: "Weighted RMSE against regularisation weight".to_owned(),
+        title: "Probability of the regularisation weight".to_owned(),
         caption: format!(
-            "{} Residuals are divided by their standard deviations; at a weight of one misfit and roughness have equal \
-             sensitivity.",
+            "{} The probabilities are those of the restricted likelihood, summed over models of the noise; at a weight \
+             of one the readings and the roughness are equally sensitive to the heating.",
             regularisation(outcome)
         ),
         x: Axis::log("Regularisation weight"),
-        y: Axis::log("Weighted RMSE"),
+        y: Axis::linear("Probability"),
         layers: vec![
-            line("noise level".to_owned(), Ink::Measured, Stroke::Dotted, &ends, &[1.0; 2]),
             line("all weights".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
             Layer::Points {
                 name: "chosen".to_owned(),
                 ink: Ink::Series(1),
-                x: vec![outcome.selected.weight],
-                y: vec![outcome.selected.rms],
+                x: vec![outcome.weight],
+                y: chosen.map(|at| at.probability).collect(),
                 error: Vec::new(),
             },
         ],

@@ -1,8 +1,8 @@
-//! The key `history` of `summary.json`. An unbounded deviation is `null`.
+//! The key `history` of `summary.json`. An unbounded half-width is `null`.
 
 use crate::case::Case;
 use crate::report::files::json::OrderedMap;
-use crate::study::flux_inversion::{FluxInversion, HeatingQuantity, SmoothingCriterion};
+use crate::study::flux_inversion::{FluxInversion, HeatingQuantity};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -12,16 +12,20 @@ pub(super) struct HistoryRecord<'a> {
     times_s: &'a [f64],
     #[serde(flatten)]
     values: Values<'a>,
-    /// Whether each knot is undetermined; the deviation of the integral takes its value as exact.
+    /// Whether each knot is undetermined; the interval of the integral takes its value as exact.
     undetermined: &'a [bool],
     window_end_s: f64,
     samples: usize,
     effective_degrees_of_freedom: f64,
-    /// `discrepancy`, `piecewise-linear`, `noise-exceeded`, `l-curve`, `stated`.
+    /// `restricted-likelihood`, `stated`.
     regularisation_rule: &'static str,
     regularisation_weight: f64,
     /// Root mean square of the residuals in standard deviations.
     weighted_rms: f64,
+    /// The most probable noise: correlation time, share of white noise, variance in squares of the stated deviations.
+    correlation_time_s: f64,
+    white_noise_share: f64,
+    noise_variance: f64,
     /// Largest discretisation error of a reading with the estimated heating, K; `null` where the case states its cells
     /// and steps.
     discretisation_error_k: Option<f64>,
@@ -34,8 +38,8 @@ pub(super) struct HistoryRecord<'a> {
     termination: &'a str,
 }
 
-/// Values at the knots: the estimate, its standard deviation by noise, the amount that smoothing removes to first
-/// order, and the stated value; then the integral of a flux, or the mean of a temperature.
+/// Values at the knots: the estimate, the half-width of its 95 % interval, and the stated value; then the integral of a
+/// flux, or the mean of a temperature.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Values<'a> {
@@ -51,33 +55,30 @@ enum Values<'a> {
     },
     Gas {
         gas_k: &'a [f64],
-        standard_deviations_k: &'a [f64],
-        removed_by_smoothing_k: &'a [f64],
+        half_widths_k: &'a [f64],
         stated_k: &'a [f64],
         mean_k: f64,
-        mean_standard_deviation_k: f64,
+        mean_half_width_k: f64,
         stated_mean_k: f64,
     },
 }
 
 #[derive(Serialize)]
 struct OfFlux<'a> {
-    standard_deviations_w_m2: &'a [f64],
-    removed_by_smoothing_w_m2: &'a [f64],
+    half_widths_w_m2: &'a [f64],
     stated_w_m2: &'a [f64],
     fluence_j_m2: f64,
-    fluence_standard_deviation_j_m2: f64,
+    fluence_half_width_j_m2: f64,
     stated_fluence_j_m2: f64,
 }
 
 impl<'a> Values<'a> {
     fn of(outcome: &'a FluxInversion) -> Self {
         let of = || OfFlux {
-            standard_deviations_w_m2: &outcome.standard_deviations,
-            removed_by_smoothing_w_m2: &outcome.smoothing_bias,
+            half_widths_w_m2: &outcome.half_widths,
             stated_w_m2: &outcome.case_values,
             fluence_j_m2: outcome.integral,
-            fluence_standard_deviation_j_m2: outcome.integral_deviation,
+            fluence_half_width_j_m2: outcome.integral_half_width,
             stated_fluence_j_m2: outcome.case_integral,
         };
         match outcome.quantity {
@@ -85,11 +86,10 @@ impl<'a> Values<'a> {
             HeatingQuantity::RadiantFlux => Self::RadiantFlux { radiant_flux_w_m2: &outcome.values, of: of() },
             HeatingQuantity::Gas => Self::Gas {
                 gas_k: &outcome.values,
-                standard_deviations_k: &outcome.standard_deviations,
-                removed_by_smoothing_k: &outcome.smoothing_bias,
+                half_widths_k: &outcome.half_widths,
                 stated_k: &outcome.case_values,
                 mean_k: outcome.integral / outcome.end_s,
-                mean_standard_deviation_k: outcome.integral_deviation / outcome.end_s,
+                mean_half_width_k: outcome.integral_half_width / outcome.end_s,
                 stated_mean_k: outcome.case_integral / outcome.end_s,
             },
         }
@@ -117,15 +117,12 @@ impl<'a> HistoryRecord<'a> {
             window_end_s: outcome.end_s,
             samples: outcome.samples,
             effective_degrees_of_freedom: outcome.degrees_of_freedom,
-            regularisation_rule: match outcome.criterion {
-                SmoothingCriterion::Discrepancy => "discrepancy",
-                SmoothingCriterion::Straight => "piecewise-linear",
-                SmoothingCriterion::Unmet => "noise-exceeded",
-                SmoothingCriterion::LCurve => "l-curve",
-                SmoothingCriterion::Stated => "stated",
-            },
-            regularisation_weight: outcome.selected.weight,
-            weighted_rms: outcome.selected.rms,
+            regularisation_rule: if outcome.weight_is_stated { "stated" } else { "restricted-likelihood" },
+            regularisation_weight: outcome.weight,
+            weighted_rms: outcome.weighted_rms,
+            correlation_time_s: outcome.correlation_time_s,
+            white_noise_share: outcome.white_share,
+            noise_variance: outcome.noise_variance,
             discretisation_error_k: outcome.discretisation_error_k,
             knots_below_zero: outcome.knots_below_zero,
             sensors: OrderedMap(sensors.collect()),

@@ -4,26 +4,21 @@ use super::{ObservationSelection, check_limit, with_selection};
 use crate::case::Case;
 use crate::limits::KNOTS;
 use crate::session::error::{InputError, SessionError};
-use crate::study::flux_inversion::{HeatingQuantity, InversionOptions, Smoothing};
+use crate::study::flux_inversion::{HeatingQuantity, InversionOptions};
 
 /// The heating of the hot face over time, from observations (inverse heat conduction).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct HistoryOptions {
     /// The observations to use. Bounds are refused, as no factor is estimated.
     pub observations: ObservationSelection,
     /// The quantity to estimate; `None`: the only one that the case has.
     pub quantity: Option<HeatingQuantity>,
-    /// Number of knots, in addition to the corners of the case's own schedule.
-    pub knots: usize,
-    /// Choice of the regularisation weight.
-    pub smoothing: Smoothing,
-}
-
-impl Default for HistoryOptions {
-    fn default() -> Self {
-        let observations = ObservationSelection::default();
-        Self { observations, quantity: None, knots: 20, smoothing: Smoothing::Discrepancy }
-    }
+    /// Number of knots, in addition to the corners of the case's own schedule; `None`: half as many as the samples of a
+    /// sensor, at most [`DEFAULT_KNOTS`](crate::study::flux_inversion::DEFAULT_KNOTS).
+    pub knots: Option<usize>,
+    /// Regularisation weight, relative to the weight at which the Jacobians of data and roughness have equal norms;
+    /// `None`: the weight of least expected error, by restricted likelihood.
+    pub smoothing: Option<f64>,
 }
 
 impl HistoryOptions {
@@ -40,8 +35,8 @@ impl HistoryOptions {
             let message = ": a history estimates no factor, and its only bound is zero";
             return Err(InputError::for_option("bounds", message).into());
         }
-        check_limit(&KNOTS, self.knots as f64, "knots")?;
-        if let Smoothing::Stated(weight) = self.smoothing
+        check_limit(&KNOTS, self.knots.unwrap_or(0) as f64, "knots")?;
+        if let Some(weight) = self.smoothing
             && !(weight.is_finite() && weight >= 0.0)
         {
             let message = format!(" {weight}: expected a weight of 0 or more");

@@ -19,6 +19,15 @@ pub(super) struct Knots {
     pub heated_duration_s: f64,
 }
 
+/// A knot at which the heating may bend, with the lengths of the segments beside it over H.
+struct Bend {
+    knot: usize,
+    before: f64,
+    after: f64,
+    /// Of the change of slope in the roughness.
+    weight: f64,
+}
+
 impl Knots {
     /// Every corner of a schedule up to `end_s`, and `more` knots spread evenly over the time in which the schedule
     /// differs from `rest`, its value without heating. The corners remain variables, so data can still show heating
@@ -62,19 +71,38 @@ impl Knots {
     /// `H³ ∫ q″² dt` with H the time over which knots are spread: zero for straight lines and independent of the number
     /// of knots.
     pub(super) fn roughness(&self) -> DMatrix<f64> {
-        let inner: Vec<usize> = (1..self.times_s.len().saturating_sub(1))
-            .filter(|&knot| !self.is_jump[knot - 1] && !self.is_jump[knot])
-            .collect();
-        let mut rows = DMatrix::zeros(inner.len(), self.times_s.len());
-        for (row, &knot) in inner.iter().enumerate() {
-            let before = (self.times_s[knot] - self.times_s[knot - 1]) / self.heated_duration_s;
-            let after = (self.times_s[knot + 1] - self.times_s[knot]) / self.heated_duration_s;
-            let weight = 2.0 / (before + after) * ((before + after) / 2.0).sqrt();
+        let bends = self.bends();
+        let mut rows = DMatrix::zeros(bends.len(), self.times_s.len());
+        for (row, Bend { knot, before, after, weight }) in bends.into_iter().enumerate() {
             rows[(row, knot - 1)] = weight / before;
             rows[(row, knot)] = -weight * (1.0 / before + 1.0 / after);
             rows[(row, knot + 1)] = weight / after;
         }
         rows
+    }
+
+    /// Roughness of the independent increments of a random walk that has the variance one after H, one column per
+    /// segment.
+    pub(super) fn walk_roughness(&self) -> DMatrix<f64> {
+        let bends = self.bends();
+        let mut rows = DMatrix::zeros(bends.len(), self.is_jump.len());
+        for (row, Bend { knot, before, after, weight }) in bends.into_iter().enumerate() {
+            rows[(row, knot - 1)] = -weight / before.sqrt();
+            rows[(row, knot)] = weight / after.sqrt();
+        }
+        rows
+    }
+
+    /// The knots between two segments that are not jumps.
+    fn bends(&self) -> Vec<Bend> {
+        let inner = 1..self.times_s.len().saturating_sub(1);
+        let smooth = inner.filter(|&knot| !self.is_jump[knot - 1] && !self.is_jump[knot]);
+        let length = |from: usize| (self.times_s[from + 1] - self.times_s[from]) / self.heated_duration_s;
+        let bend = |knot: usize| {
+            let (before, after) = (length(knot - 1), length(knot));
+            Bend { knot, before, after, weight: 2.0 / (before + after) * ((before + after) / 2.0).sqrt() }
+        };
+        smooth.map(bend).collect()
     }
 
     /// Weights of the trapezoidal rule, s.
@@ -126,6 +154,20 @@ mod tests {
         assert_eq!(knots.roughness().nrows(), 8, "only between injection and retraction");
         let own = nalgebra::DVector::from_vec(knots.case_values.clone());
         assert!((knots.roughness() * own).norm() < 1e-9);
+    }
+
+    #[test]
+    fn the_roughness_of_a_walk_is_that_of_the_sum_of_its_increments() {
+        let knots = Knots::new(&retracted(), Some(0.0), 80.0, 6);
+        let segments = knots.times_s.len() - 1;
+        let increments = nalgebra::DVector::from_fn(segments, |segment, _| f64::from((segment as u32 * 7) % 5) - 2.0);
+        let mut walk = nalgebra::DVector::zeros(segments + 1);
+        for segment in 0..segments {
+            let length = (knots.times_s[segment + 1] - knots.times_s[segment]) / knots.heated_duration_s;
+            walk[segment + 1] = walk[segment] + increments[segment] * length.sqrt();
+        }
+        let off = knots.roughness() * walk - knots.walk_roughness() * increments;
+        assert!(off.norm() < 1e-9 * knots.roughness().norm(), "{off}");
     }
 
     #[test]
