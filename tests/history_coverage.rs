@@ -81,7 +81,7 @@ fn laboratory(kind: usize, random: &mut Uniform) -> History {
 
 /// Histories of another kind: a lamp whose controller overshoots at new set points, and the passage of an entry.
 fn flight(kind: usize, random: &mut Uniform) -> History {
-    if kind % 2 == 0 {
+    if kind.is_multiple_of(2) {
         let (period_s, damping_s) = (random.between(3.0, 9.0), random.between(2.0, 6.0));
         let steps: Vec<(f64, f64)> = (0..3)
             .map(|step| (14.0 * f64::from(step) + random.between(-1.0, 9.0), random.between(-0.4, 0.6)))
