@@ -346,8 +346,11 @@ fn cancelled(options: Options) {
     let marched = sweeps.clone();
     let options = options.cancel(&cancel).progress(move |progress| {
         if progress.expected.is_some() && progress.marched > 0 {
-            marched.lock().expect("no callback panics").push(progress.marched);
-            token.cancel();
+            let mut marched = marched.lock().expect("no callback panics");
+            if marched.is_empty() {
+                token.cancel();
+            }
+            marched.push(progress.marched);
         }
     });
     let mut session = Session::open(case("slab"), &options).expect("a march");

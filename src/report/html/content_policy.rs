@@ -1,5 +1,5 @@
-//! The Content-Security-Policy of a page: its own scripts run, by their hashes, and it loads and sends nothing. Should a
-//! text of a case ever become markup, no script of it runs.
+//! The Content-Security-Policy of a page: its own scripts run, by their hashes, and it loads and sends nothing. Should
+//! a text of a case ever become markup, no script of it runs.
 //!
 //! W3C, *Content Security Policy Level 3*: a hash is that of the text of a script element, SHA-256 in base64.
 

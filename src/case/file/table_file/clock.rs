@@ -71,8 +71,8 @@ impl ColumnKind {
 }
 
 impl Clock {
-    /// Seconds since the first time; `None` if one of both has a date. A time of day that is more than half a day before
-    /// the one above it is of the next day.
+    /// Seconds since the first time; `None` if one of both has a date. A time of day that is more than half a day
+    /// before the one above it is of the next day.
     fn seconds(&mut self, time: ClockTime) -> Option<f64> {
         if time.has_date != self.origin.has_date {
             return None;

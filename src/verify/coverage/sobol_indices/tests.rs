@@ -1,8 +1,8 @@
 use super::*;
 use std::f64::consts::PI;
 
-/// Smallest coverage over all indices of a function: 95 % less two standard errors of a hundred seeds, as the indices
-/// of a function are missed together.
+/// Smallest coverage over all indices of a function: 95 % less the standard error of a hundred seeds, as the indices of
+/// a function are missed together.
 const COVERED: f64 = 0.93;
 const UNIFORM: Distribution = Distribution { kind: SamplingKind::Uniform, nominal: CENTRED };
 const OFF_CENTRE: Distribution = Distribution { kind: SamplingKind::Normal, nominal: [-0.6, 0.5, 0.8, -0.3] };
