@@ -141,6 +141,7 @@ impl Case {
     }
 
     /// Whether a sensor has a limit.
+    #[cfg(feature = "report")]
     pub(crate) fn has_limit(&self, sensor: usize) -> bool {
         self.limits.iter().any(|limit| limit.part == LimitedPart::Sensor(sensor))
     }
