@@ -228,14 +228,11 @@ fn control_characters_of_names_paths_and_arguments_do_not_reach_the_terminal() {
     scratch.write("c/case.toml", CASE.replacen("Two plies", "red \\u001b[31m \\u009b2J \\u202e", 1));
     scratch.write("d\u{1b}[31m/case.toml", CASE.replacen("pyrogel3350", "py\\u001brogel", 1));
     let is_clean = |text: &str| !text.contains(|c: char| c.is_control() && c != '\n' && c != '\t');
-    let named = run(&scratch, "predict c --backend cpu").succeeded();
-    assert!(is_clean(&named.stdout) && named.stdout.contains("red \\u001b[31m"), "{:?}", named.stdout);
-    let json = run(&scratch, "predict c --backend cpu --json").succeeded();
-    assert!(is_clean(&json.stdout), "{:?}", json.stdout);
-    json.json();
-    for arguments in [["predict", "d\u{1b}[31m"], ["predict", "no\u{1b}]0;such"], ["predict", "--\u{9b}2J"]] {
+    for arguments in
+        [["predict", "c"], ["predict", "d\u{1b}[31m"], ["predict", "no\u{1b}]0;such"], ["predict", "--\u{9b}2J"]]
+    {
         let ran = run_args(&scratch, &arguments).exited_with(2);
-        assert!(is_clean(&ran.stderr) && ran.stderr.contains("\\u00"), "{:?}", ran.stderr);
+        assert!(is_clean(&ran.stderr) && ran.stderr.contains("\\u"), "{:?}", ran.stderr);
     }
 }
 
