@@ -165,8 +165,8 @@ HONOURED = {
     "size": SWEEP | {"limit", "ply", "probability", "thickness-range"},
     "trade": SWEEP | {"limit", "ply", "probability", "size", "thickness-range"},
     "design": SWEEP
-    | {"criterion", "estimate", "grid", "least-distance", "noise", "position-tolerance", "run-lengths", "sensors"}
-    | {"target", "worst"},
+    | {"correlation-time", "criterion", "estimate", "grid", "least-distance", "noise", "position-tolerance"}
+    | {"run-lengths", "sensors", "target", "worst"},
     "history": DATA | {"bounds", "knots", "quantity", "smoothing"},
     "twin": DATA | FIT | {"correlation-time", "noise", "seed", "study", "truth"},
 }
@@ -219,11 +219,11 @@ def test_the_chains_of_arviz_are_the_walkers(monkeypatch: pytest.MonkeyPatch) ->
     arviz.from_dict = lambda posterior: given.update(posterior)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "arviz", arviz)
     case = bondline.Case.load(CASES / "lamp-test").on(backend="cpu")
-    found = case.estimate(posterior=True, walkers=16, mcmc_iterations=60, seed=1)
+    found = case.estimate(posterior=True, walkers=32, mcmc_iterations=60, seed=1)
     found.to_arviz()
     for place, name in enumerate(found.names):
         chains = given[name]
-        assert chains.shape == (16, len(found.draws) // 16)
+        assert chains.shape == (32, len(found.draws) // 32)
         # The stored traces have every iteration of some walkers.
         traces = found.record["posterior"]["chains"]
         for walker, trace in zip(traces["walkers"], traces["values"][place], strict=True):
