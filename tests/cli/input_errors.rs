@@ -210,7 +210,8 @@ fn invalid_arguments_are_reported_with_the_expected_value() {
         ("predict c --out c/case.toml", "\"c/case.toml\" is not a folder"),
         (
             "verify --group nope",
-            "--group \"nope\": no such group; there are exact, orders, codes, adapted, balance, fit, coverage, cross-backend",
+            "--group \"nope\": no such group; there are exact, orders, codes, adapted, balance, fit, coverage, \
+             cross-backend",
         ),
         ("materials show nope", "unknown material \"nope\""),
         ("materials check c/case.toml", "c/case.toml: missing key \"density\""),

@@ -1,8 +1,8 @@
 //! Closed forms of Arrhenius reactions: dX/dt = A (1 − X)ⁿ exp(−E/RT).
 //!
-//! For a linear temperature ramp the integrated rate constant is an exponential integral (J. Coheur, T. Magin,
-//! P. Chatelain, M. Arnst, *Analytical solution for multi-component pyrolysis simulations of thermal protection
-//! materials*, 2021).
+//! For a linear temperature ramp the integrated rate constant is an exponential integral (J. Coheur,
+//! F. Torres-Herrador, P. Chatelain, N. N. Mansour, T. E. Magin, M. Arnst, *Analytical solution for multi-component
+//! pyrolysis simulations of thermal protection materials*, 2021).
 
 use super::GAS_CONSTANT_J_MOL_K;
 
