@@ -124,15 +124,15 @@ impl Uncertainty {
 fn discretisation_error(found: &SweepError) -> String {
     let SweepError { extreme, others } = found;
     let extreme_members = match extreme.members {
-        1 => "the most extreme member".to_owned(),
-        members => format!("the {} most extreme members", format::count(members)),
+        1 => "the most extreme one".to_owned(),
+        members => format!("the {} most extreme", format::count(members)),
     };
     let error = |of: &MembersError| format::members_error(of.temperature_k, of.failed);
     let others = match others.members {
         0 => String::new(),
-        members => format!(", {} among {} others", error(others), format::count(members)),
+        members => format!(" and {} in {}", error(others), format::counted(members, "other")),
     };
-    format!("discretisation error of members is {} among {extreme_members}{others}", error(extreme))
+    format!("discretisation error of members is {} in {extreme_members}{others}", error(extreme))
 }
 
 /// The lines of the screen: the table of sensors and, where there is room, the Sobol indices.
