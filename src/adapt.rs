@@ -6,10 +6,11 @@
 //! difference, which local error estimates do not know. All members share the result, so that differences between them
 //! carry no noise from step-size control.
 
+mod corners;
 pub mod error_estimate;
 mod rounding;
 
-use crate::case::{Bounds, Case, Factor};
+use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::cpu::Cpu;
 use crate::march::monitor::{Monitor, Progress};
@@ -19,6 +20,7 @@ use crate::plan::GridDensity;
 use crate::plan::{Discretisation, Plan};
 use crate::plan::{GRADING_EXPONENT, StepGrowth, TimeSegment, TimeStepControl};
 use crate::traces::{MemberStatus, Traces};
+use corners::corners;
 pub(crate) use error_estimate::RefinedTraces;
 use error_estimate::{OutputErrors, TWOFOLD_ERROR_RATIO, largest_difference_k};
 use rayon::prelude::*;
@@ -74,8 +76,6 @@ pub(crate) const ACCEPTED_ERROR: f64 = 1.5;
 const DEFAULT_TOLERANCE_K: f64 = 0.05;
 /// Most times that the steps are doubled for members that diverge.
 const COMPLETING_ROUNDS: usize = 2;
-/// Fewest corners of the factor bounds that are marched: two SIMD groups in f64.
-const MIN_CORNERS: usize = 16;
 
 impl Discretisation {
     /// The initial discretisation of a case: few cells and few steps.
@@ -445,30 +445,6 @@ fn completing(
     Ok(completed)
 }
 
-/// Members at corners of bounds of the factors: all low, all high, and alternating patterns (Walsh functions and their
-/// complements) over an order of the factors that is not that of the case. They are an orthogonal array of strength
-/// three: among any three factors, each combination of low and high occurs equally often (Hedayat, Sloane & Stufken,
-/// *Orthogonal Arrays*, 1999, theorem 7.3).
-fn corners(case: &Case, bounds: Bounds) -> Ensemble {
-    let count = case.factors.len();
-    let mut order: Vec<usize> = (0..count).collect();
-    order.sort_by_key(|&factor| {
-        let Factor { name, group, property, state, .. } = &case.factors[factor];
-        (*property as usize, group, state, name)
-    });
-    let row = |corner: usize| {
-        let mut values = vec![0.0; count];
-        for (place, &factor) in order.iter().enumerate() {
-            let is_high = (place & (corner / 2)).count_ones() as usize % 2 != corner % 2;
-            let (low, high) = case.factors[factor].bounds(bounds);
-            values[factor] = if is_high { high } else { low };
-        }
-        values
-    };
-    let members = (2 * count.next_power_of_two()).max(MIN_CORNERS);
-    Ensemble::from_values(count, (0..members).flat_map(row).collect())
-}
-
 fn cell_steps(plan: &Plan) -> f64 {
     (plan.cells() * plan.steps()) as f64
 }
@@ -545,47 +521,6 @@ mod tests {
 
     fn marched(plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
         Trials { monitor: &Monitor::default(), marched: Mutex::new(0) }.march(plan, ensemble)
-    }
-
-    #[test]
-    fn corners_do_not_depend_on_the_order_of_the_factors() {
-        let case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
-        let mut reversed = case.clone();
-        reversed.factors.reverse();
-        let (one, other) = (corners(&case, Bounds::Small), corners(&reversed, Bounds::Small));
-        for corner in 0..one.len() {
-            assert!(one.member(corner).into_iter().eq(other.member(corner).into_iter().rev()), "corner {corner}");
-        }
-    }
-
-    #[test]
-    fn among_any_three_factors_each_combination_of_low_and_high_occurs_at_equally_many_corners() {
-        let case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
-        for count in [1, 2, 3, 7, 8, 9, 16, 17, 40] {
-            let mut case = case.clone();
-            let factor = |index: usize| {
-                let mut factor = case.factors[index % case.factors.len()].clone();
-                factor.name = format!("f{index}");
-                factor
-            };
-            case.factors = (0..count).map(factor).collect();
-            let (found, low) = (corners(&case, Bounds::Small), |of: usize| case.factors[of].bounds(Bounds::Small).0);
-            let is_high: Vec<Vec<bool>> = (0..found.len())
-                .map(|corner| (0..count).map(|of| found.member(corner)[of] > low(of)).collect())
-                .collect();
-            let triples = (0..count).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| [a, b, c])));
-            for triple in triples.filter(|_| count >= 3) {
-                let mut times = [0; 8];
-                for corner in &is_high {
-                    let [a, b, c] = triple.map(|of| usize::from(corner[of]));
-                    times[4 * a + 2 * b + c] += 1;
-                }
-                assert_eq!(times, [found.len() / 8; 8], "{count} factors, {triple:?}");
-            }
-            for of in 0..count {
-                assert_eq!(is_high.iter().filter(|corner| corner[of]).count(), found.len() / 2, "{count} factors");
-            }
-        }
     }
 
     #[test]

@@ -4,8 +4,9 @@
 //! Rounding depends on the layup more than on its size: metal foils, slow reactions and small losses of mass are
 //! sensitive to it. No bound that is tight enough is known beforehand, and the measurement takes two marches.
 
+use super::DEFAULT_TOLERANCE_K;
+use super::corners::corners;
 use super::error_estimate::{OutputErrors, largest_difference_k};
-use super::{DEFAULT_TOLERANCE_K, corners};
 use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::cpu::Cpu;

@@ -386,6 +386,21 @@ mod tests {
     use super::*;
     use crate::report::{figures, fixture};
 
+    #[test]
+    fn an_error_of_members_above_ten_tolerances_is_a_warning_and_one_below_is_not() {
+        let outcomes = fixture::outcomes();
+        let answers = outcomes.answers("study");
+        let mut outcome = outcomes.uncertainty.clone();
+        let mut warning = |error_k: f64| {
+            let found = outcome.discretisation_error.as_mut().expect("the fixture has one");
+            found.extreme.temperature_k = Some(error_k);
+            outcome.inaccuracy(&answers)
+        };
+        assert_eq!(warning(0.49), None);
+        let text = warning(0.51).expect("a warning");
+        assert!(text.starts_with("The discretisation error of members is 0.51 K (1 failed) in the 50 most"), "{text}");
+    }
+
     /// Every factor that is named has a share no smaller than any factor that is not.
     #[test]
     fn finding_and_caption_name_the_factors_with_the_largest_shares() {
