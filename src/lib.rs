@@ -83,12 +83,10 @@ pub mod march;
 use bondline_physics as physics;
 pub mod plan;
 mod random;
-#[cfg(feature = "report")]
 pub mod report;
 pub mod session;
 pub mod study;
 pub mod traces;
-#[cfg(any(feature = "gpu", feature = "serde"))]
 mod user_cache;
 pub mod verify;
 

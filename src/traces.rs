@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 /// Temperatures of consecutive members at every sensor and instant, and the status of each member.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Traces {
     /// Ensemble index of the first member.
@@ -38,8 +37,8 @@ pub struct Traces {
 
 /// The peak of a trace: its highest temperature over the whole march, whatever the instants, from the steps of the
 /// march and the curve between them. Of a derivative, the derivative at the time of its member's peak.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Peak {
     /// The highest temperature, K.
@@ -49,8 +48,8 @@ pub struct Peak {
 }
 
 /// The extreme of a gauge over the whole march, whatever the instants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct GaugePeak {
     /// The value of largest magnitude, with its sign: a gas flux that is always inward has no positive peak.
@@ -60,8 +59,7 @@ pub struct GaugePeak {
 }
 
 /// A scalar output of the whole layup, in addition to its sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum Gauge {
     /// Gas mass flux out through the hot face, kg/m²/s; negative where gas flows in.
@@ -112,8 +110,7 @@ impl Gauge {
 }
 
 /// Status of a member at the end of its march.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub enum MemberStatus {
     /// The march reached the end of the exposure.
@@ -134,8 +131,8 @@ pub enum MemberStatus {
 
 /// Energy and mass balance of a march: heat through both faces and to the holder, gas through the faces, and storage of
 /// both; J/m² and kg/m². All terms are positive unless a field states otherwise.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Balance {
     /// Into the hot face.

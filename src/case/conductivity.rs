@@ -6,8 +6,7 @@ use super::unit::Dimension;
 use super::validation::{FieldPath, positive};
 
 /// Conductivity over temperature and pressure, W/m/K.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub enum Conductivity {
     /// One table per pressure (Pa, increasing); linear in ln p between pressures, constant outside.
@@ -20,8 +19,7 @@ pub enum Conductivity {
 ///
 /// `k = k_s0 (T/300)^m + φ k_g(T, P; L_c) + 16 σ T³/(3 β)`, with the temperature-jump gas part of
 /// fibrous and aerogel insulations and the Rosseland diffusion approximation for radiation.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ThreePartConductivity {
     /// k_s0 at 300 K, W/m/K.
     pub solid_w_m_k: f64,

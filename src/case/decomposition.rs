@@ -21,8 +21,7 @@ use crate::limits::REACTIONS;
 pub const GAS_CONSTANT_J_MOL_K: f64 = 8.314_462_618;
 
 /// The reactions of a material and their residues.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Decomposition {
     /// At least one; consecutive reactions in their order.
     pub reactions: Vec<Reaction>,
@@ -42,8 +41,7 @@ pub struct Decomposition {
 }
 
 /// One Arrhenius reaction.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Reaction {
     /// Mass of gas on complete reaction, as a fraction of the virgin mass.
     pub mass_loss: f64,
@@ -62,7 +60,7 @@ pub struct Reaction {
 /// Parallel or consecutive reactions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 pub enum ReactionScheme {
     /// Parallel: every reaction consumes the virgin material and produces the char.
     Parallel,
@@ -85,7 +83,7 @@ impl ReactionScheme {
 /// Weights of the virgin material and the residues in the properties of their mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 pub enum MixtureRule {
     /// Mass fractions, as in PATO and FIAT for conductivity and emissivity.
     MassFractions,
@@ -96,7 +94,7 @@ pub enum MixtureRule {
 /// The heat of pyrolysis is stated either as absolute enthalpies or as heats of reaction.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 pub enum PyrolysisHeat {
     /// Absolute enthalpies of virgin material and residues at a reference temperature. The table of the gas must be
     /// absolute too.
@@ -113,8 +111,7 @@ pub enum PyrolysisHeat {
 }
 
 /// The solid product of a reaction.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Residue {
     /// `char`, or the name of an intermediate.
     pub name: String,
@@ -139,8 +136,7 @@ impl Residue {
 }
 
 /// Porosity and permeability of a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Pores {
     /// Volume fraction of gas.
     pub porosity: f64,

@@ -6,8 +6,7 @@ use super::validation::{FieldPath, checked_index, positive};
 
 /// The function of a normalised residual r that is summed. The robust functions equal r² near zero and grow as |r|
 /// beyond `width`, which is in standard deviations.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub enum LossFunction {
     /// r²: least squares.
@@ -53,8 +52,7 @@ impl LossFunction {
 }
 
 /// Settings of an estimate.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct EstimationSettings {
     /// Indices of the factors to estimate.
     pub factors: Vec<usize>,

@@ -10,8 +10,7 @@ use crate::limits::DURATION_S;
 const AIR_ENTHALPY_ZERO_K: f64 = 298.0;
 
 /// Initial and boundary conditions of a layup.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Exposure {
     /// Duration, above zero, s.
     pub duration_s: f64,
@@ -30,8 +29,7 @@ pub struct Exposure {
 }
 
 /// One face of the layup. Heat flux is positive into the layup at either face.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[expect(clippy::large_enum_variant, reason = "a case has two faces; a box would be in every literal of an open one")]
 pub enum Face {
     /// Heat flux condition: imposed flux, convection and radiation.
@@ -44,8 +42,7 @@ pub enum Face {
 ///
 /// `q = flux (h_r − h_w(T))/(h_r − h_w(T_cw)) + ε radiant + film (gas − T) + ε σ (surroundings⁴ − T⁴)`, where
 /// `enthalpy film (h_r − h_w(T))` may take the place of the first term.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct OpenFace {
     /// Cold-wall heat flux, W/m².
     pub flux_w_m2: Schedule,
@@ -73,8 +70,7 @@ pub struct OpenFace {
 }
 
 /// A specimen holder around the layup, coupled to every cell.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Holder {
     /// Conductance to the holder per volume of layup, W/m³/K.
     pub conductance_w_m3_k: f64,
@@ -85,7 +81,7 @@ pub struct Holder {
 /// Emissivity of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 pub enum Emissivity {
     /// The emissivity of the ply's material, over temperature.
     Material,

@@ -3,8 +3,7 @@
 use super::validation::{FieldPath, checked_index, checked_name, positive};
 
 /// A multiplier of one property of a group of plies, of the exposure or of a sensor depth.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Factor {
     /// Unique name: letters, digits, `_` and `-`.
     pub name: String,
@@ -23,8 +22,7 @@ pub struct Factor {
 }
 
 /// The property that a factor scales.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 pub enum Property {
     /// The whole conductivity.
     Conductivity,
@@ -135,8 +133,7 @@ impl Property {
 
 /// Correlation of the factors when members are sampled: the correlation matrix of a Gaussian copula. Empty for
 /// independent factors.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Correlation {
     pairs: Vec<(usize, usize, f64)>,
     /// Cholesky factor of the correlation matrix: rows of the lower triangle.
@@ -231,8 +228,8 @@ impl Correlation {
 }
 
 /// The choice between the two side constraints of a factor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Bounds {
     /// The default.
     #[default]

@@ -9,8 +9,7 @@ use super::validation::FieldPath;
 use std::sync::Arc;
 
 /// Properties of a gas over temperature, at about the pressure of the case.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Gas {
     /// Name of its file: `pyrolysis`.
     pub id: String,
@@ -61,8 +60,7 @@ impl Gas {
 }
 
 /// The gas of a case and its transport model.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct GasFlow {
     /// Transport model.
     pub model: GasFlowModel,
@@ -71,8 +69,7 @@ pub struct GasFlow {
 }
 
 /// Models of gas transport.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub enum GasFlowModel {
     /// Pyrolysis gas leaves at the hot face at once, without heat exchange with the solid.

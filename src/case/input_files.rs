@@ -3,8 +3,7 @@
 use sha2::{Digest, Sha256};
 
 /// A file that was read for a case.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct InputFile {
     /// Its path as it was opened; the id of a case that was read from text in memory.
     pub path: String,

@@ -17,8 +17,7 @@ pub(super) fn rounded_mm(depth_m: f64) -> f64 {
 }
 
 /// A layer of one material.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Ply {
     /// Unique name: `INS1`.
     pub name: String,
@@ -50,8 +49,7 @@ impl Ply {
 }
 
 /// Plies from hot face to back face.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Layup {
     /// From the hot face to the back face, at least one.
     pub plies: Vec<Ply>,
@@ -164,8 +162,7 @@ impl Layup {
 }
 
 /// A thermocouple at a depth, or a pyrometer that looks at the hot face.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Sensor {
     /// Unique name, used in column headings: letters, digits, `_`, `-` and `.`.
     pub name: String,
@@ -227,7 +224,7 @@ impl Sensor {
 /// The side of an interface on which a sensor lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 pub enum Side {
     /// The lower face of the ply above.
     Above,

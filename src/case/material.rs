@@ -9,8 +9,7 @@ use super::validation::FieldPath;
 use std::sync::Arc;
 
 /// A material.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Material {
     /// Name of its file: `pyrogel3350`.
     pub id: String,

@@ -85,15 +85,14 @@ use std::sync::Arc;
 /// let case = bondline::Case::load("cases/slab".as_ref()).expect("a shipped case");
 /// let other = bondline::Case { sensors: Vec::new(), ..case };
 /// ```
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Case {
     pub(crate) id: String,
     pub(crate) name: String,
     pub(crate) note: String,
     pub(crate) layup: Layup,
     pub(crate) sensors: Vec<Sensor>,
-    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Vec::is_empty"))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) limits: Vec<TemperatureLimit>,
     pub(crate) exposure: Exposure,
     pub(crate) gas: Option<GasFlow>,
@@ -103,9 +102,9 @@ pub struct Case {
     pub(crate) estimate: EstimationSettings,
     pub(crate) paper_figures: Vec<(String, Vec<usize>)>,
     pub(crate) resolution: Resolution,
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub(crate) reading_notes: ReadingNotes,
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub(crate) input_files: InputFiles,
 }
 
@@ -141,7 +140,6 @@ impl Case {
     }
 
     /// Whether a sensor has a limit.
-    #[cfg(feature = "report")]
     pub(crate) fn has_limit(&self, sensor: usize) -> bool {
         self.limits.iter().any(|limit| limit.part == LimitedPart::Sensor(sensor))
     }

@@ -5,8 +5,7 @@ use super::validation::{FieldPath, checked_index, checked_layup_temperature_k, n
 use crate::limits::LAYUP_TEMPERATURE_K;
 
 /// A sensor's measured trace.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Observation {
     /// Index of the sensor.
     pub sensor: usize,

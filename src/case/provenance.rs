@@ -3,8 +3,7 @@
 use super::validation::FieldPath;
 
 /// Kind of source of a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub enum SourceKind {
     /// Read from a public source.
@@ -43,8 +42,7 @@ impl SourceKind {
 }
 
 /// Provenance of a number.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Provenance {
     /// Kind of source.
     pub source_kind: SourceKind,

@@ -8,8 +8,7 @@ use super::validation::FieldPath;
 const WAVELENGTHS_M: (f64, f64) = (0.2e-6, 100e-6);
 
 /// A pyrometer that looks at the hot face and reads a brightness temperature.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Pyrometer {
     /// The wavelengths that it sees.
     pub spectrum: Spectrum,
@@ -18,8 +17,7 @@ pub struct Pyrometer {
 }
 
 /// The wavelengths that a pyrometer sees, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub enum Spectrum {
     /// One wavelength.

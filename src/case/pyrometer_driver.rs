@@ -6,8 +6,7 @@ use super::table::Schedule;
 
 /// The readings of a pyrometer that hold the hot face, and the emissivity of the face by which they were converted to
 /// its temperature.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct PyrometerDriver {
     /// The instrument.

@@ -25,8 +25,7 @@ fn round_up(value: f64) -> f64 {
 }
 
 /// Resolution in space and time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Resolution {
     /// Tolerance of the discretisation error, to which cells and time steps are adapted, K; `None` if the case states
     /// them.

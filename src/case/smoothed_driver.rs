@@ -8,8 +8,7 @@ use crate::fit::smoothing_spline::{polygon, smoothing_spline};
 const POLYGON_SHARE: f64 = 0.05;
 
 /// The temperature of a held face as measured, and how it was smoothed.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct SmoothedDriver {
     /// Whether it drives the hot face; else the back face.

@@ -7,7 +7,7 @@ use crate::limits::{PROPERTY_DECADES, TABLE_TEMPERATURE_DISTANCE_K};
 /// Behaviour of a table outside the temperatures of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 pub enum OutOfRange {
     /// A member that leaves the range fails.
     Error,
@@ -23,8 +23,7 @@ const EXTRAPOLATION_FLOOR: f64 = 0.1;
 
 /// A property over temperature: piecewise linear between temperatures that do not decrease. Two points at the same
 /// temperature are a jump; at that temperature the value after the jump holds.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Table {
     pub(crate) temperatures_k: Vec<f64>,
     pub(crate) values: Vec<f64>,
@@ -208,8 +207,7 @@ pub(super) fn is_multiple(own: f64, other: f64, times: f64) -> bool {
 
 /// A quantity over time: piecewise linear between corners, constant before the first and after the last. Two corners at
 /// the same time are a jump; at that time the value after the jump holds.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Schedule {
     pub(crate) times_s: Vec<f64>,
     pub(crate) values: Vec<f64>,

@@ -4,8 +4,7 @@ use super::validation::{FieldPath, checked_index, checked_layup_temperature_k};
 use super::{Layup, Sensor};
 
 /// The highest temperature that a part of a case may reach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct TemperatureLimit {
     /// What the limit is for.
     pub part: LimitedPart,
@@ -14,8 +13,8 @@ pub struct TemperatureLimit {
 }
 
 /// A part of a case that has a temperature limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum LimitedPart {
     /// A ply, by its index: the limit is for its hottest point, inside or on one of its faces.

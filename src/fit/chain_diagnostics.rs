@@ -12,8 +12,7 @@ use super::robust_noise::median;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Convergence diagnostics of one variable's chains.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ChainDiagnostics {
     /// Integrated autocorrelation time τ, iterations: τ iterations of a chain are worth one independent draw.
     pub autocorrelation_time: f64,

@@ -11,8 +11,7 @@
 //! fitted too, without its constant. Only differences between fits of the same data have a meaning.
 
 /// Statistics of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct GoodnessOfFit {
     /// Sum of the squares of the residuals over their standard deviations, without loss function and priors.

@@ -21,8 +21,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// A loss function. The robust ones are r² near zero and grow like |r| beyond `width`, which is in standard deviations
 /// if the residuals are.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub enum RobustLoss {
     /// r²: least squares.
     #[default]

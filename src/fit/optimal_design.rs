@@ -28,8 +28,8 @@ pub struct InformationTable {
 }
 
 /// The quantity that a design minimises.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Criterion {
     /// Volume of the confidence region: the logarithm of the determinant of the covariance.
     #[default]
@@ -41,8 +41,8 @@ pub enum Criterion {
 }
 
 /// How a criterion is taken over the members.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Robustness {
     /// The mean of all members.
     #[default]

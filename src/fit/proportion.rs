@@ -5,8 +5,7 @@ use statrs::function::beta::beta_reg;
 use statrs::function::gamma::ln_gamma;
 
 /// A count out of a total.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Proportion {
     /// The count.
     pub count: usize,

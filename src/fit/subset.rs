@@ -44,8 +44,7 @@ pub struct Subset {
 }
 
 /// A dropped variable.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Dropped {
     /// Index of the variable.
     pub variable: usize,
@@ -54,8 +53,7 @@ pub struct Dropped {
 }
 
 /// Why a variable was dropped; `with` is the index of the variable kept instead.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum DropReason {
     /// No residual depends on it.
     NoEffect,

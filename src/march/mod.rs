@@ -22,8 +22,8 @@ use record_peaks::RecordPeaks;
 use std::ops::Range;
 
 /// Floating-point precision of a march.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Precision {
     /// Single precision, with temperatures in two words.
     F32,
@@ -42,8 +42,7 @@ impl Precision {
 }
 
 /// Description of the backend, for the record of a study.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Backend {
     /// The device: `AMD EPYC, 2 threads`, `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub name: String,

@@ -6,8 +6,7 @@ use crate::case::{Case, Sensor, Side};
 use crate::physics::layout::{self, Bead, PlanData, PlanRows, SensorLocation};
 
 /// A depth of a profile.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct ProfileDepth {
     /// Depth below the hot face in the layup of the case, m.

@@ -26,8 +26,7 @@ const MIN_CELLS_PER_PLY: f64 = 2.0;
 const WIDENING_OFFSET: f64 = 0.3;
 
 /// Number of cells of each ply before subdivision; a real number, as sensors split plies.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GridDensity {
     /// Cells of each ply.
     pub cells_per_ply: Vec<f64>,

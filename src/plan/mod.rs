@@ -43,8 +43,7 @@ pub use time_grid::{GRADING_EXPONENT, StepGrowth, TimeGrid, TimeSegment, TimeSte
 
 /// Estimated error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
 /// the instants; for other gauges relative to their peak, at every instant and of the peak.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GaugeError {
     /// Which gauge.
     pub gauge: Gauge,
@@ -56,8 +55,7 @@ pub struct GaugeError {
 
 /// Estimated errors of cells, steps and, in f32, rounding. A temperature error is the largest at any sensor and in any
 /// part with a temperature limit, at any instant and of any peak, K.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct ErrorEstimate {
     /// The tolerance of the case.
@@ -78,8 +76,7 @@ pub struct ErrorEstimate {
 }
 
 /// Errors by rounding in f32: the largest differences to f64, as in [`ErrorEstimate`].
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct RoundingError {
     /// Of the nominal member, K.
@@ -123,8 +120,7 @@ impl RoundingError {
 }
 
 /// Resolution of a plan in space and time.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Discretisation {
     /// Cells of each ply.
     pub grid: GridDensity,

@@ -24,8 +24,7 @@ pub struct TimeGrid {
 }
 
 /// Rule for the step lengths, before steps are subdivided.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TimeStepControl {
     /// How steps grow after a corner of a schedule.
     pub growth: StepGrowth,
@@ -34,8 +33,7 @@ pub struct TimeStepControl {
 }
 
 /// Growth of the steps with the time since the last corner of a schedule.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum StepGrowth {
     /// Step = `share` × time since the corner, between a first and a largest step. Steps end on every instant.
     Geometric {
@@ -62,8 +60,7 @@ pub enum StepGrowth {
 pub const GRADING_EXPONENT: f64 = 4.0;
 
 /// Refinement of the steps from one time to that of the next segment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TimeSegment {
     /// Start of the segment, s.
     pub start_s: f64,

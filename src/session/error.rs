@@ -2,7 +2,6 @@
 
 use crate::case::CaseError;
 use crate::march::MarchError;
-#[cfg(feature = "report")]
 use crate::report::ReportError;
 use crate::study::estimate::EstimateError;
 use crate::study::experiment_design::DesignError;
@@ -30,7 +29,6 @@ pub enum SessionError {
     #[error("stopped before there was an answer")]
     Stopped,
     /// The report could not be written.
-    #[cfg(feature = "report")]
     #[error(transparent)]
     Report(#[from] ReportError),
 }

@@ -5,23 +5,17 @@
 //!
 //! See the [crate] for an example.
 
-#[cfg(feature = "report")]
 mod answers;
-#[cfg(feature = "serde")]
 mod checkpoint;
 mod design;
 mod error;
-#[cfg(feature = "serde")]
 mod log_parts;
-#[cfg(feature = "serde")]
 mod merge;
 mod open_march;
 mod options;
-#[cfg(feature = "serde")]
 mod plan_cache;
 mod running_study;
 mod selection;
-#[cfg(feature = "serde")]
 mod sweep_merger;
 mod trade;
 mod until;
@@ -30,21 +24,16 @@ pub use crate::march::backend_selection::BackendKind;
 pub use crate::march::cpu::InstructionSet;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
 pub use crate::study::answers::Answers;
-#[cfg(feature = "serde")]
 pub use crate::study::log_part::LogPart;
-#[cfg(feature = "serde")]
 pub use checkpoint::{Checkpoint, KeptWork};
 pub use error::{InputError, SessionError};
-#[cfg(feature = "serde")]
 pub use merge::{MissingMembers, merge, missing_members};
 pub use options::{
     Derivatives, DesignOptions, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options, PlyChoice,
     SensitivityOptions, SizeOptions, Start, StudyOptions, TradeOptions, TwinOptions, TwinStudyOptions,
     UncertaintyOptions,
 };
-#[cfg(feature = "serde")]
 pub use plan_cache::PlanCache;
-#[cfg(feature = "serde")]
 pub use sweep_merger::SweepMerger;
 
 use crate::adapt::adapt_monitored;
@@ -53,9 +42,7 @@ use crate::ensemble::Ensemble;
 use crate::march::monitor::Monitor;
 use crate::march::{Backend, March, MarchError, Precision};
 use crate::plan::{ErrorEstimate, Plan};
-#[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
-#[cfg(feature = "serde")]
 use crate::study::coverage_study;
 use crate::study::coverage_study::CoverageStudy;
 use crate::study::depth_profiles::ProfileInstants;
@@ -65,7 +52,6 @@ use crate::study::nominal::Prediction;
 use crate::study::observation_check::{ObservationCheck, check_observations};
 use crate::study::run_record::RunRecord;
 use crate::study::sensitivity::Sensitivity;
-#[cfg(feature = "serde")]
 use crate::study::size::{LOG_COLUMNS, SizeError};
 use crate::study::size::{Sizing, size_from};
 use crate::study::timing::Timing;
@@ -73,15 +59,12 @@ use crate::study::twin::{SyntheticData, twin};
 use crate::study::uncertainty::{SweepStatistics, Uncertainty, failure_reason};
 use crate::study::work_log::{NoLog, WorkLog};
 use crate::traces::Traces;
-#[cfg(feature = "serde")]
 use checkpoint::{FITS, MARCHES};
 use open_march::{OpenMarch, in_pool};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use running_study::RunningStudy;
-#[cfg(feature = "serde")]
 use running_study::end_of_log;
 use std::ops::Range;
-#[cfg(feature = "report")]
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -355,16 +338,12 @@ impl Session {
         self.run("size", self.case.clone(), sweep.members, |study| {
             study.predict()?;
             let draw = sweep.sweep();
-            #[cfg(feature = "serde")]
             let mut log = {
                 let options = format!("{demand:?}, {draw:?}");
                 study.row_keeper(MARCHES, &options, (LOG_COLUMNS, None))?
             };
-            #[cfg(not(feature = "serde"))]
-            let mut log = NoLog;
             let RunningStudy { march, answers, .. } = study;
             let found = size_from(&answers.case, *march, &demand, &draw, &mut log);
-            #[cfg(feature = "serde")]
             answers.run.remarks.extend(end_of_log(log, matches!(found, Err(SizeError::March(_)))));
             let found = found?;
             answers.seed = Some(sweep.seed);
@@ -412,15 +391,11 @@ impl Session {
         let case = options.prepared(&self.case)?;
         self.run("twin", case, options.data_sets, |study| {
             let design = options.design(study.march.backend().precision);
-            #[cfg(feature = "serde")]
             let mut log = {
                 let size = (coverage_study::log_columns(&study.answers.case)?, Some(design.data_sets));
                 study.row_keeper(FITS, &format!("{design:?}"), size)?
             };
-            #[cfg(not(feature = "serde"))]
-            let mut log = NoLog;
             let found = study.coverage(&design, &mut log);
-            #[cfg(feature = "serde")]
             {
                 let is_complete = found.as_ref().is_ok_and(|found| !found.is_partial());
                 study.answers.run.remarks.extend(end_of_log(log, !is_complete));
@@ -434,7 +409,6 @@ impl Session {
     ///
     /// # Errors
     /// When the last study failed or the folder cannot be written.
-    #[cfg(feature = "report")]
     pub fn report(&self, folder: &OutputFolder) -> Result<Vec<PathBuf>, SessionError> {
         self.answers.as_ref().ok_or_else(nothing_to_report)?.report(folder)
     }
@@ -443,7 +417,6 @@ impl Session {
     ///
     /// # Errors
     /// When the last study failed.
-    #[cfg(feature = "report")]
     pub fn summary(&self) -> Result<String, SessionError> {
         Ok(self.answers.as_ref().ok_or_else(nothing_to_report)?.summary())
     }
@@ -492,7 +465,6 @@ impl Session {
 }
 
 /// The plan of a case: kept by an earlier session, or adapted now.
-#[cfg(feature = "serde")]
 fn adapted(case: &Case, options: &Options, monitor: &Monitor) -> Result<Plan, MarchError> {
     let cache = options.plan_cache.as_ref().filter(|_| case.resolution.tolerance_k.is_some());
     if let Some(plan) = cache.and_then(|cache| cache.find(case)) {
@@ -505,11 +477,6 @@ fn adapted(case: &Case, options: &Options, monitor: &Monitor) -> Result<Plan, Ma
     Ok(plan)
 }
 
-#[cfg(not(feature = "serde"))]
-fn adapted(case: &Case, _options: &Options, monitor: &Monitor) -> Result<Plan, MarchError> {
-    adapt_monitored(case, monitor)
-}
-
 /// A case with the tolerance of the session, if it has one.
 fn with_tolerance(case: Case, tolerance_k: Option<f64>) -> Case {
     match tolerance_k {
@@ -518,7 +485,6 @@ fn with_tolerance(case: Case, tolerance_k: Option<f64>) -> Case {
     }
 }
 
-#[cfg(feature = "report")]
 fn nothing_to_report() -> SessionError {
     InputError::general("there is nothing to report: no study was run, or the last one failed").into()
 }

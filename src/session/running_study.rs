@@ -1,6 +1,5 @@
 //! A study while it runs: its plan, its march and the answers so far.
 
-#[cfg(feature = "serde")]
 use super::checkpoint::{ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
 use super::{
     Answers, FitOptions, MembersCallback, Options, SensitivityOptions, SessionError, UncertaintyOptions, adapted,
@@ -17,23 +16,18 @@ use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
 use crate::study::driver_emissivity::driver_emissivity;
 use crate::study::driver_smoothing::driver_smoothing;
 use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate_from};
-#[cfg(feature = "serde")]
 use crate::study::kept_rows::KeptRows;
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
 use crate::study::posterior::{Posterior, Walkers, posterior_from};
-#[cfg(feature = "serde")]
 use crate::study::posterior::{PosteriorError, log_columns};
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
-#[cfg(feature = "serde")]
 use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
 use crate::study::uncertainty::{SweepError, SweepStatistics, Uncertainty, sweep_error};
 use crate::study::work_log::{NoLog, WorkLog};
-#[cfg(feature = "serde")]
 use crate::traces::MemberStatus;
 use std::ops::Range;
-#[cfg(feature = "serde")]
 use std::path::PathBuf;
 
 /// A study while it runs.
@@ -110,9 +104,7 @@ impl RunningStudy<'_> {
         let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
         let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind)
             .with_driver_emissivity(self.answers.driver_emissivity.as_ref(), options.seed);
-        #[cfg(feature = "serde")]
         let mut keeper = self.keeper(options, nominal, &part, &gathered);
-        #[cfg(feature = "serde")]
         let part = match keeper.as_ref().map_or(Ok(None), |keeper| keeper.kept(&gathered, &part))? {
             Some((kept, next)) => {
                 gathered = kept;
@@ -121,20 +113,15 @@ impl RunningStudy<'_> {
             None => part,
         };
         self.march.begin_sweep(part.len());
-        #[cfg(feature = "serde")]
         let (monitor, is_cancelled) =
             (self.march.monitor(), |found: Result<(), MarchError>| matches!(found, Err(MarchError::Cancelled)));
         let marched =
             gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, &mut |so_far, of, batch| {
                 members(of, batch);
-                #[cfg(feature = "serde")]
                 if !is_cancelled(monitor.check()) {
                     keeper.iter_mut().for_each(|keeper| keeper.update(so_far));
                 }
-                #[cfg(not(feature = "serde"))]
-                let _ = so_far;
             });
-        #[cfg(feature = "serde")]
         if let Some(mut keeper) = keeper {
             if marched.is_err() && gathered.members() > 0 && !is_cancelled(monitor.check()) {
                 keeper.keep(&gathered);
@@ -149,7 +136,6 @@ impl RunningStudy<'_> {
     }
 
     /// Keeps the members of a sweep, if the session has a checkpoint and the nominal march a result to refer to.
-    #[cfg(feature = "serde")]
     pub(super) fn keeper(
         &self,
         options: &UncertaintyOptions,
@@ -168,7 +154,6 @@ impl RunningStudy<'_> {
 
     /// Keeps the rows of the log of a study, if the session has a checkpoint. `size` is the length of a row, and the
     /// number of rows if it is known.
-    #[cfg(feature = "serde")]
     pub(super) fn row_keeper(
         &self,
         files: RowFiles,
@@ -180,7 +165,6 @@ impl RunningStudy<'_> {
     }
 
     /// What the rows of the log of this study are of.
-    #[cfg(feature = "serde")]
     pub(super) fn log_head(&self, options: &str, size: (usize, Option<usize>)) -> KeptRows {
         let Answers { case, other_cases, run, .. } = &self.answers;
         let cases = std::iter::once(case).chain(other_cases);
@@ -239,16 +223,12 @@ impl RunningStudy<'_> {
         let runs = runs(&cases, &plans);
         if let Some(walkers) = walkers {
             let iterations = walkers.iterations;
-            #[cfg(feature = "serde")]
             let mut log = {
                 let options = format!("{search:?}, {:?}, {walkers:?}", found.values);
                 let size = (log_columns(&found, walkers), Some(iterations));
                 self.row_keeper(ITERATIONS, &options, size)?
             };
-            #[cfg(feature = "serde")]
             let iterations = iterations - log.as_ref().map_or(0, RowKeeper::finished);
-            #[cfg(not(feature = "serde"))]
-            let mut log = NoLog;
             self.march.begin_sweep(runs.len() * walkers.number * iterations);
             let sampled = posterior_from(&runs, self.march, &found, walkers, &mut log);
             let remarks = match &sampled {
@@ -256,7 +236,6 @@ impl RunningStudy<'_> {
                 Err(_) => Vec::new(),
             };
             self.answers.run.remarks.extend(remarks);
-            #[cfg(feature = "serde")]
             self.answers.run.remarks.extend(end_of_log(log, matches!(sampled, Err(PosteriorError::March(_)))));
             self.answers.posterior = Some(sampled?);
             self.answers.seed = Some(walkers.seed);
@@ -336,7 +315,6 @@ fn posterior_error_remarks(
 }
 
 /// Keep the last rows of a study that was interrupted. Returns the first error.
-#[cfg(feature = "serde")]
 pub(super) fn end_of_log(log: Option<RowKeeper>, is_interrupted: bool) -> Option<String> {
     let mut keeper = log?;
     if is_interrupted && keeper.finished() > 0 {

@@ -1,18 +1,12 @@
 //! The trade study.
 
-#[cfg(feature = "serde")]
 use super::checkpoint::MARCHES;
-#[cfg(feature = "serde")]
 use super::end_of_log;
 use super::{RunningStudy, Session, SessionError, TradeOptions, with_tolerance};
 use crate::case::Case;
-#[cfg(feature = "serde")]
 use crate::study::size::{LOG_COLUMNS, SizeError};
-#[cfg(feature = "serde")]
 use crate::study::sweep_piece::fingerprint;
 use crate::study::trade::{Trade, trade};
-#[cfg(not(feature = "serde"))]
-use crate::study::work_log::NoLog;
 
 impl Session {
     /// The layups of all choices of materials, each sized for its limit under all exposures, by their mass per area.
@@ -31,17 +25,13 @@ impl Session {
             study.answers.other_cases = exposures;
             study.answers.other_cases.iter().for_each(|case| study.answers.run.add_files(case));
             let draw = sweep.sweep();
-            #[cfg(feature = "serde")]
             let mut log = {
                 let cases = layups.iter().flat_map(|layup| &layup.cases).map(fingerprint).collect::<Vec<_>>();
                 let options = format!("{request:?}, {draw:?}, {}", cases.join(" "));
                 study.row_keeper(MARCHES, &options, (LOG_COLUMNS, None))?
             };
-            #[cfg(not(feature = "serde"))]
-            let mut log = NoLog;
             let RunningStudy { march, answers, .. } = study;
             let found = trade(&layups, *march, &request, &draw, &mut log);
-            #[cfg(feature = "serde")]
             answers.run.remarks.extend(end_of_log(log, matches!(found, Err(SizeError::March(_)))));
             let found = found?;
             answers.seed = Some(sweep.seed);

@@ -24,7 +24,7 @@ use crate::march::Backend;
 /// The results of one question; a part that the question does not compute is `None`.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 pub struct Answers {
     /// `predict`, `observations`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `trade`, `history`,
     /// `twin`, `design`, `merge`.

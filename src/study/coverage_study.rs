@@ -19,8 +19,7 @@ use crate::traces::MemberStatus;
 use std::ops::Range;
 
 /// Results over all fitted data sets, converged or not.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct CoverageStudy {
     /// One per estimated factor.
@@ -44,8 +43,7 @@ pub struct CoverageStudy {
 }
 
 /// Error and coverage of one factor over the fitted data sets.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct FactorCoverage {
     /// The name of the factor.
@@ -67,8 +65,7 @@ pub struct FactorCoverage {
 }
 
 /// The fit of one data set.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct DataSetFit {
     /// One per estimated factor.
@@ -78,8 +75,7 @@ pub struct DataSetFit {
 }
 
 /// Outcome of the fit of a data set.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub enum FitOutcome {
     /// The fit converged to a minimum.
@@ -91,8 +87,7 @@ pub enum FitOutcome {
 }
 
 /// The result of one fit: one entry per estimated factor.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct FitResult {
     /// The estimates.
@@ -139,7 +134,6 @@ pub fn coverage_study(
 ///
 /// # Errors
 /// When there are no factors to estimate.
-#[cfg(feature = "serde")]
 pub(crate) fn log_columns(case: &Case) -> Result<usize, EstimateError> {
     Ok(DataSetFit::columns(estimated(case)?.len()))
 }
@@ -154,7 +148,6 @@ fn estimated(case: &Case) -> Result<&[usize], EstimateError> {
 ///
 /// # Errors
 /// As [`coverage_study`].
-#[cfg(feature = "serde")]
 pub(crate) fn log_rows(
     case: &Case,
     plan: &Plan,

@@ -26,8 +26,7 @@ pub enum ProfileInstants {
 }
 
 /// Profiles through the thickness.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct DepthProfiles {
     /// The instants, ascending, s.
@@ -45,8 +44,7 @@ pub struct DepthProfiles {
 }
 
 /// Percentiles 5, 50 and 95 over members, at each depth separately.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct ProfileBands {
     /// Members counted: those of the first [`MAX_MEMBERS`] of the sweep that completed.
@@ -58,8 +56,7 @@ pub struct ProfileBands {
 }
 
 /// State of the cells at nominal factors. It is that of the finer resolution, without extrapolation.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct CellStates {
     /// Depths of the nodes of the cells.

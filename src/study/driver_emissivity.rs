@@ -9,8 +9,7 @@ use crate::random::RandomStream;
 use crate::traces::{Peak, Traces};
 
 /// What the standard deviation of the emissivity changes.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct DriverEmissivity {
     /// The pyrometer.
@@ -19,7 +18,7 @@ pub struct DriverEmissivity {
     /// time, s; one pair per sensor.
     pub changes: Vec<[(f64, f64); 2]>,
     /// The change of a member of a sweep.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub(crate) shift: TraceShift,
 }
 

@@ -7,8 +7,7 @@ use crate::march::{March, MarchError};
 use crate::plan::Plan;
 
 /// What smoothing the drivers of a case changes.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct DriverSmoothing {
     /// The drivers.

@@ -32,20 +32,16 @@ use crate::fit::{
 use crate::march::{March, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
-#[cfg(feature = "serde")]
 use estimand::estimands;
 use landscape::Objective;
 use likelihood::{has_effect, with_priors};
 use multi_start::{Minimisations, MultiStart};
 use profile::{LinearApproximation, profile_indices, profiles};
-#[cfg(feature = "serde")]
 use start_results::StartEnd;
-#[cfg(feature = "serde")]
 use std::ops::Range;
 
 /// Estimated factors, their uncertainty, and the minimisation that found them.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct ParameterEstimates {
     /// The factors; every other vector has their order.
@@ -136,8 +132,7 @@ impl ParameterEstimates {
 }
 
 /// Fit of one case.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct CaseFit {
     /// Indices of the sensors whose observations were fitted.
@@ -169,8 +164,7 @@ impl ParameterEstimates {
 }
 
 /// One accepted iteration of the minimisation.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Iteration {
     /// The point, one value per factor.
@@ -184,8 +178,7 @@ pub struct Iteration {
 }
 
 /// One start of the minimisation and its end.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct StartResult {
     /// Start, one value per factor.
@@ -255,7 +248,6 @@ pub fn estimate(
 ///
 /// # Errors
 /// When the cases are incompatible.
-#[cfg(feature = "serde")]
 pub(crate) fn log_size(cases: &[&Case], search: &SearchOptions) -> Result<(usize, usize), EstimateError> {
     let rounds = if cases.iter().any(|case| case.estimate.prior.is_some()) { 2 } else { 1 };
     Ok((StartEnd::columns(estimands(cases)?.len()), rounds * search.starts))
@@ -266,7 +258,6 @@ pub(crate) fn log_size(cases: &[&Case], search: &SearchOptions) -> Result<(usize
 ///
 /// # Errors
 /// As [`estimate`].
-#[cfg(feature = "serde")]
 pub(crate) fn log_rows(
     runs: &[(&Case, &Plan)],
     march: &mut dyn March,

@@ -22,8 +22,7 @@ use crate::study::estimate::ParameterEstimates;
 use information::{Information, gather};
 
 /// What is to be estimated, and with which sensors.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct DesignRequest {
     /// Names of the factors to estimate.
     pub factors: Vec<String>,
@@ -57,8 +56,7 @@ pub struct DesignRequest {
 
 /// Noise of the samples of a thermocouple: the [noise model](crate::fit::noise_model) of an estimate, independent
 /// between thermocouples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SampleNoise {
     /// Standard deviation of a sample, K.
     pub deviation_k: f64,
@@ -73,8 +71,8 @@ pub struct SampleNoise {
 }
 
 /// Where a part of the noise model of a design comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum NoiseSource {
     /// It is stated.
     Stated,
@@ -127,8 +125,7 @@ impl SampleNoise {
 }
 
 /// Designs for several exposures and run lengths, the best first.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct ExperimentDesign {
     /// The request.
@@ -142,8 +139,7 @@ pub struct ExperimentDesign {
 }
 
 /// One exposure and run length.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Scenario {
     /// Index of the case.
@@ -173,8 +169,7 @@ pub struct Scenario {
 }
 
 /// Depths and what they tell.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Design {
     /// Indices of the candidates, rising.
@@ -194,8 +189,7 @@ pub struct Design {
 }
 
 /// Information of a sample over depth and time at nominal factors.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct InformationMap {
     /// Instants, s.

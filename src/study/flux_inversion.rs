@@ -53,8 +53,7 @@ pub struct InversionOptions {
 pub const DEFAULT_KNOTS: usize = 40;
 
 /// The heating found: W/m² for a flux, K for a gas temperature.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct FluxInversion {
     /// The quantity that was estimated.
@@ -121,8 +120,7 @@ pub struct FluxInversion {
 }
 
 /// One sensor whose readings were used.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct SensorFit {
     /// Index into the sensors of the case.

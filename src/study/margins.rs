@@ -6,8 +6,7 @@ use crate::plan::Plan;
 use crate::traces::{Peak, Traces};
 
 /// The hottest temperature of a part over time, against its limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Margin {
     /// The peak over the whole march; of a ply at a held face at least the prescribed temperature.
@@ -51,8 +50,7 @@ pub const TOLERANCE_CONTENT: f64 = 0.99;
 pub const TOLERANCE_CONFIDENCE: f64 = 0.95;
 
 /// Margins of the members of a sweep.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct MarginStatistics {
     /// One for each limit of the case, in their order.
@@ -63,8 +61,7 @@ pub struct MarginStatistics {
 
 /// The peak of a part over the members of a sweep, against its limit. A member that failed counts as above every limit
 /// and above every peak, as it may have been the hottest; moments, maximum and times are those of completed members.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct MarginSpread {
     /// Members whose peak is above the limit or that failed, of all members.
@@ -91,8 +88,7 @@ pub struct MarginSpread {
 }
 
 /// A percentile of a peak, with a distribution-free 95 % confidence interval from the order of the members.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct PeakPercentile {
     /// The probability.
@@ -107,8 +103,7 @@ pub struct PeakPercentile {
 }
 
 /// Heat into the hot face over the run, net of what it radiates while heat flows in, over the members of a sweep, J/m².
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct HeatLoad {
     /// Mean.
@@ -120,8 +115,8 @@ pub struct HeatLoad {
 }
 
 /// Peaks, times above the limits and heat loads of the members of a sweep: order statistics need every one.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MarginSamples {
     /// Limit × member, K.
     peaks_k: Vec<Vec<f64>>,

@@ -1,7 +1,6 @@
 //! The studies of a case: one module each, with one entry function and the struct of its results.
 
 pub mod answers;
-#[cfg(feature = "serde")]
 pub(crate) mod checksum;
 pub mod coverage_study;
 pub mod depth_profiles;
@@ -10,16 +9,13 @@ pub mod driver_smoothing;
 pub mod estimate;
 pub mod experiment_design;
 pub mod flux_inversion;
-#[cfg(feature = "serde")]
 pub(crate) mod kept_rows;
-#[cfg(feature = "serde")]
 pub mod log_part;
 pub mod margins;
 pub mod model_comparison;
 pub mod nominal;
 pub mod observation_check;
 pub mod posterior;
-#[cfg(feature = "serde")]
 pub(crate) mod row_journal;
 pub mod run_record;
 pub mod sensitivity;
@@ -27,7 +23,6 @@ pub mod sequential_sampling;
 pub mod simultaneous_band;
 pub mod size;
 pub mod statistics;
-#[cfg(feature = "serde")]
 pub mod sweep_piece;
 pub mod thermocouple_residuals;
 pub mod timing;

@@ -8,8 +8,7 @@ use crate::march::March;
 use crate::plan::Plan;
 
 /// A second case, fitted to the observations of the first, and the residuals of both at every observed thermocouple.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct ModelComparison {
     /// Id of the second case.
@@ -28,8 +27,7 @@ pub struct ModelComparison {
 
 /// Root mean square of predicted minus measured temperature at the estimates, of the first and of the second case, K.
 /// NaN where there are no samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct SensorResiduals {
     /// Index into the sensors of the first case.

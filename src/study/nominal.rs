@@ -10,8 +10,7 @@ pub use crate::traces::Peak;
 use crate::traces::{Balance, Gauge, GaugePeak, MemberStatus, Traces};
 
 /// The prediction of one member: at the nominal factors, or at an estimate.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Prediction {
     /// Instants of the traces, s.
@@ -43,8 +42,7 @@ pub struct Prediction {
 }
 
 /// One gauge over time, in its own unit.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct GaugeTrace {
     /// The gauge.
@@ -60,8 +58,7 @@ pub struct GaugeTrace {
 }
 
 /// Predicted minus measured temperature, over the sensor's time window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Misfit {
     /// Root mean square, K.

@@ -39,8 +39,7 @@ const NOISY_CHANNELS: usize = 3;
 const DRIFT_SAMPLES: usize = 8;
 
 /// What was read of every observed sensor.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct ObservationCheck {
     /// One per observation of the case, in its order.
@@ -48,8 +47,7 @@ pub struct ObservationCheck {
 }
 
 /// One observed sensor.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Channel {
     /// Index of the sensor.
@@ -81,8 +79,7 @@ pub struct Channel {
 }
 
 /// A straight line through the samples before the start of the exposure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Drift {
     /// Slope, K/min.
@@ -96,8 +93,7 @@ pub struct Drift {
 }
 
 /// The reason of a flag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub enum FlagKind {
     /// No sample for longer than usual.
@@ -133,8 +129,7 @@ impl FlagKind {
 }
 
 /// A part of a channel to look at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Flag {
     /// The reason.

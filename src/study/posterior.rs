@@ -32,8 +32,7 @@ use crate::plan::Plan;
 use nalgebra::DMatrix;
 
 /// Settings of the ensemble MCMC sampler.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Walkers {
     /// Number of walkers.
     pub number: usize,
@@ -44,8 +43,7 @@ pub struct Walkers {
 }
 
 /// The posterior of the factors of an estimate, and the posterior predictive distribution of every thermocouple.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Posterior {
     /// Settings of the sampler.
@@ -122,7 +120,6 @@ pub fn posterior(
 }
 
 /// Numbers of a row in the log of a posterior.
-#[cfg(feature = "serde")]
 pub(crate) fn log_columns(found: &ParameterEstimates, walkers: &Walkers) -> usize {
     ChainState::length(found.factors.len(), walkers.number)
 }

@@ -5,8 +5,7 @@ use crate::march::Backend;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The provenance of an answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct RunRecord {
     /// Start of the question, UTC: `2026-11-24T14:20:12Z`.

@@ -11,8 +11,7 @@ use crate::plan::Plan;
 use nalgebra::{DMatrix, DVector};
 
 /// Derivatives of every temperature with respect to every factor, and the identifiability that follows.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Sensitivity {
     /// Relative step of the finite differences (the paper's Eq. 14); `None` where the march computed exact tangents.
@@ -45,8 +44,7 @@ impl Sensitivity {
 }
 
 /// Identifiability of a set of factors from the data.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Identifiability {
     /// Indices into the factors of the case, or of an estimate.

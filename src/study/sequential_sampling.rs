@@ -41,8 +41,7 @@ pub const RARE: f64 = 0.05;
 pub const MIN_EFFECTIVE: f64 = 100.0;
 
 /// A percentile or a probability, with its interval.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct PrecisionReached {
     /// The quantity and its half-width.
@@ -63,8 +62,7 @@ pub struct PrecisionReached {
 }
 
 /// Why a probability was not computed by importance sampling.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum PlainReason {
     /// It is not rare: this is its value by the first-order method.
     Frequent {
@@ -86,8 +84,7 @@ pub enum Drawing {
 }
 
 /// The estimate from the members so far.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Look {
     /// Members drawn.
@@ -101,8 +98,7 @@ pub struct Look {
 }
 
 /// Importance sampling about design points.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Importance {
     /// The most probable points that reach the temperature, in standard normal variables.

@@ -44,8 +44,7 @@ const MIN_ENVELOPE_K: f64 = 1e-3;
 const MAX_DEVIATION: f64 = 1e4;
 
 /// The simultaneous band of a sensor, and the coverage of both bands.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct SimultaneousBand {
     /// Lower limit of the simultaneous band, which contains 95 % of members at every instant, K, over the instants.

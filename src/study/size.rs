@@ -24,12 +24,10 @@ use scalable_case::with_scaled_plies;
 use thickness_march::guess_thickness_m;
 
 /// Numbers of a row in the log of a sizing.
-#[cfg(feature = "serde")]
 pub(crate) use thickness_march::LOG_COLUMNS;
 
 /// Requirement on a ply.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct SizingRequirement {
     /// A ply, or a group whose plies are scaled by one ratio.
     pub ply: String,
@@ -44,8 +42,7 @@ pub struct SizingRequirement {
 }
 
 /// Result of sizing a ply.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Sizing {
     /// The requirement.
@@ -85,8 +82,7 @@ pub struct Sizing {
 }
 
 /// Peak temperatures at one thickness.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct PeakCurvePoint {
     /// The thickness, m.
@@ -100,8 +96,7 @@ pub struct PeakCurvePoint {
 
 /// An independent Monte Carlo at the thickness found, with a new seed and a newly adapted plan, so that it shares
 /// neither members nor cells with the search.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct IndependentCheck {
     /// The seed of the members.

@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 /// Run time of a question by phase, before its report, s.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Timing {
     /// Adaptation of cells and time steps, s.
@@ -14,6 +13,6 @@ pub struct Timing {
     /// Everything else: statistics, minimisation, s.
     pub other_s: f64,
     /// Start of the question.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub start: Instant,
 }

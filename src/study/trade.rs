@@ -25,8 +25,7 @@ use rank_changes::rank_changes;
 use ranking::ranks;
 
 /// The layups to compare.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct TradeRequest {
     /// Plies or groups whose material is chosen, each with the ids of its candidates.
     pub choices: Vec<(String, Vec<String>)>,
@@ -44,8 +43,7 @@ pub struct CandidateLayup {
 }
 
 /// Layups by their mass.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Trade {
     /// The request.
@@ -64,8 +62,7 @@ pub struct Trade {
 }
 
 /// A layup of a trade study.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct SizedLayup {
     /// Index of the candidate of each choice.
@@ -108,8 +105,7 @@ pub struct SizedLayup {
 }
 
 /// The table of a property that ends below the temperatures met.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct TableEnd {
     /// Id of the material.

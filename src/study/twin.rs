@@ -10,8 +10,7 @@ use crate::random::RandomStream;
 use crate::traces::{MemberStatus, Traces};
 
 /// Synthetic measurements at every instant of the plan.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct SyntheticData {
     /// Instants of the readings, s.
@@ -22,8 +21,7 @@ pub struct SyntheticData {
 
 /// Gaussian noise with correlation `exp(−Δt/correlation)` between readings: a first-order autoregression on even
 /// sampling.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Noise {
     /// Correlation time, s; zero for white noise.
     pub correlation_s: f64,

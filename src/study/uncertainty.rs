@@ -19,8 +19,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Results of a Monte Carlo sweep over the factors.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Uncertainty {
     /// The seed of the draw.
@@ -56,8 +55,7 @@ pub struct Uncertainty {
 }
 
 /// Members that failed for one reason.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Failure {
     /// Reason, in words that do not depend on the member.
@@ -69,8 +67,7 @@ pub struct Failure {
 }
 
 /// One sensor through time: each vector over the instants, K.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Spread {
     /// Mean.
@@ -92,8 +89,7 @@ pub struct Spread {
 }
 
 /// The distribution of a sensor's peak.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct PeakSpread {
     /// The peak of the nominal march.
@@ -323,7 +319,6 @@ impl SweepStatistics {
     }
 
     /// [`to_integers`](Self::to_integers), one after the other.
-    #[cfg(feature = "serde")]
     pub(crate) fn integers(&self) -> impl Iterator<Item = i128> {
         self.accumulator.integers()
     }

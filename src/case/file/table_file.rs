@@ -7,13 +7,11 @@
 //! Cells are stored as numbers, which saves memory with a million rows. Line and column of an error are found in the
 //! text when it is recorded.
 
-#[cfg(feature = "xlsx")]
 mod cell_range;
 mod clock;
 mod dialect;
 mod source;
 mod table_choice;
-#[cfg(feature = "xlsx")]
 mod workbook;
 
 pub(super) use table_choice::TableChoice;
@@ -28,13 +26,11 @@ use crate::case::validation::readable;
 use crate::limits::{COLUMNS, TABLE_CELLS, TABLE_FILE_MIB};
 use clock::ColumnKind;
 use dialect::{Dialect, NOT_FINITE};
-#[cfg(feature = "xlsx")]
 use source::Sheet;
 use source::{Rows, Source};
 use std::io;
 use std::rc::Rc;
 use std::sync::Arc;
-#[cfg(feature = "xlsx")]
 use {crate::case::file::spanned_toml::ValueReader, std::collections::BTreeMap, workbook::Workbook};
 
 /// Errors recorded per column, and of row lengths, before reading stops.
@@ -167,19 +163,6 @@ impl TableFile {
         table.read_rows(&mut rows, headings, is_toa5, diagnostics).map(|()| table)
     }
 
-    #[cfg(not(feature = "xlsx"))]
-    fn read_workbook(
-        _: Vec<u8>,
-        label: &str,
-        _: TableChoice<'_>,
-        _: Headings<'_>,
-        diagnostics: &Diagnostics,
-    ) -> ReadResult<Self> {
-        let message = "a workbook: bondline was built without its feature `xlsx`; expected a text file";
-        Err(diagnostics.record(&SourceLocation::without_line(label), message))
-    }
-
-    #[cfg(feature = "xlsx")]
     fn read_workbook(
         bytes: Vec<u8>,
         label: &str,

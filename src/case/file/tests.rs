@@ -16,7 +16,6 @@ mod sheets;
 mod states;
 mod trajectory;
 mod unused;
-#[cfg(feature = "xlsx")]
 mod workbooks;
 
 use crate::case::{Bounds, Case, Emissivity, Face, Property};

@@ -12,8 +12,7 @@ use crate::random::RandomStream;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// A point of a limit state at which its distance from the origin has a minimum.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct DesignPoint {
     /// Coordinates: standard normal variables.
@@ -33,8 +32,7 @@ impl DesignPoint {
 }
 
 /// The design points of a limit state.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct DesignPoints {
     /// The nearest first; empty where no search converged.

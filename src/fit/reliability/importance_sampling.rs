@@ -65,8 +65,7 @@ impl ImportanceSampling {
 }
 
 /// Sums over the members so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct ImportanceEstimate {
     /// Members drawn.

@@ -28,9 +28,7 @@ use crate::march::Precision;
 use crate::march::backend_selection::{BackendKind, BackendOptions};
 use crate::march::cpu::InstructionSet;
 use crate::march::monitor::{CancelToken, Monitor, Progress, ProgressCallback};
-#[cfg(feature = "serde")]
 use crate::session::checkpoint::Checkpoint;
-#[cfg(feature = "serde")]
 use crate::session::plan_cache::PlanCache;
 use std::time::Instant;
 
@@ -60,11 +58,9 @@ pub struct Options {
     pub until: Option<Instant>,
     /// Where a sweep, a coverage study, a posterior or a sizing keeps its finished work. It goes on from what it finds
     /// there.
-    #[cfg(feature = "serde")]
     pub checkpoint: Option<Checkpoint>,
     /// Where adapted plans are kept for later sessions; `None`: nowhere. The command and the Python package use
     /// [`PlanCache::of_user`].
-    #[cfg(feature = "serde")]
     pub plan_cache: Option<PlanCache>,
     /// The command that runs the session, for the record of its results.
     pub command_line: Option<Vec<String>>,
@@ -135,7 +131,6 @@ impl Options {
     }
 
     /// Where a sweep, a coverage study, a posterior or a sizing keeps its finished work.
-    #[cfg(feature = "serde")]
     #[must_use]
     pub fn checkpoint(mut self, checkpoint: Checkpoint) -> Self {
         self.checkpoint = Some(checkpoint);
@@ -143,7 +138,6 @@ impl Options {
     }
 
     /// Where adapted plans are kept for later sessions.
-    #[cfg(feature = "serde")]
     #[must_use]
     pub fn plan_cache(mut self, cache: PlanCache) -> Self {
         self.plan_cache = Some(cache);

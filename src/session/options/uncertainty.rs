@@ -6,7 +6,6 @@ use crate::ensemble::{Sampling, SamplingKind};
 use crate::limits::{MEMBERS, STATISTICS_MIB};
 use crate::plan::instants_s;
 use crate::session::error::{InputError, SessionError};
-#[cfg(feature = "serde")]
 use crate::study::sweep_piece::SamplingRecord;
 use crate::study::uncertainty::Sweep;
 use crate::study::{margins, statistics};
@@ -30,7 +29,6 @@ impl Default for UncertaintyOptions {
     }
 }
 
-#[cfg(feature = "serde")]
 impl From<&UncertaintyOptions> for SamplingRecord {
     fn from(options: &UncertaintyOptions) -> Self {
         let UncertaintyOptions { members, sampling, seed, bounds } = *options;

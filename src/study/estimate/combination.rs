@@ -5,8 +5,7 @@ use crate::fit::interval::NORMAL_95;
 use nalgebra::DVector;
 
 /// The well-determined combination of two highly correlated estimates: their ratio or their product.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Combination {
     /// Indices of the two estimated factors.

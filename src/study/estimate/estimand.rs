@@ -4,8 +4,7 @@ use super::EstimateError;
 use crate::case::{Case, Factor};
 
 /// A factor to estimate, in every case that has it.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct Estimand {
     /// The factor as the first case defines it. Its name ends in `@` and the case id where other cases define a

@@ -15,8 +15,7 @@ use crate::study::thermocouple_residuals::ThermocoupleResiduals;
 use nalgebra::{DMatrix, DVector};
 
 /// The objective over two factors, line × node; one of the two factors is constant on each line.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct Landscape {
     /// Values of the first factor, line × node.
     pub x: Vec<Vec<f64>>,

@@ -122,7 +122,6 @@ impl<'a> MultiStart<'a> {
     ///
     /// # Errors
     /// When the device fails.
-    #[cfg(feature = "serde")]
     pub(super) fn rows(&mut self, starts: Range<usize>, weight: Option<f64>) -> Result<Vec<Vec<f64>>, MarchError> {
         Ok(self.fits(starts, weight)?.iter().map(|fit| self.end(fit, weight).row()).collect())
     }

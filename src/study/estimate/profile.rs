@@ -11,8 +11,7 @@ use crate::fit::{Fit, LeastSquares, Options, minimize_within};
 use nalgebra::DMatrix;
 
 /// The profile of one factor.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Profile {
     /// Index of the factor among the estimated factors.

@@ -60,7 +60,6 @@ impl StartEnd {
     }
 
     /// Numbers of a row in the log of an estimate of this number of factors.
-    #[cfg(feature = "serde")]
     pub(super) fn columns(factors: usize) -> usize {
         2 * factors + 4
     }

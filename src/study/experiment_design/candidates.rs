@@ -4,8 +4,7 @@ use super::DesignRequest;
 use crate::case::{Case, Sensor, Side};
 
 /// A depth at which a thermocouple may lie.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Candidate {
     /// The sensor's name in the case; empty for a depth without one.
@@ -17,7 +16,7 @@ pub struct Candidate {
     /// Whether the depth is an interface or the back face, below the ply.
     pub is_interface: bool,
     /// Side of an interface.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub side: Side,
 }
 

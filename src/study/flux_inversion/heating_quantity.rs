@@ -4,8 +4,8 @@ use super::InversionError;
 use crate::case::{Case, Emissivity, Exposure, Face, OpenFace, Schedule};
 
 /// The time-dependent quantity that heats the hot face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum HeatingQuantity {
     /// Cold-wall heat flux, W/m².

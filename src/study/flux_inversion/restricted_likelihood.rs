@@ -89,8 +89,7 @@ pub(super) struct Model {
 }
 
 /// The probability of a regularisation weight, over all models.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct WeightProbability {
     /// Weight, relative to the weight at which the Jacobians of data and roughness have equal norms.

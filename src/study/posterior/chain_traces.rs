@@ -3,8 +3,7 @@
 use crate::fit::EnsembleChains;
 
 /// Some walkers at some iterations, evenly spread over all, with the burn-in.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct ChainTraces {
     /// The iterations, counted from one; the last one is among them.

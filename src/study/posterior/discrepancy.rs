@@ -31,8 +31,7 @@ use crate::plan::Plan;
 use crate::random::RandomStream;
 
 /// The parameters of the discrepancy process.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Discrepancy {
     /// ε: standard deviation in units of the gain.

@@ -3,8 +3,7 @@
 use crate::fit::ChainDiagnostics;
 
 /// Marginal distribution of one factor.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct PosteriorMarginal {
     /// Convergence diagnostics of its chains.
@@ -20,8 +19,7 @@ pub struct PosteriorMarginal {
 }
 
 /// Marginal distribution of two factors.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct PairMarginal {
     /// Indices of the factors in the estimate, for the horizontal and the vertical axis.

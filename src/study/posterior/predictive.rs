@@ -12,8 +12,7 @@ use crate::random::RandomStream;
 use crate::traces::MemberStatus;
 
 /// Posterior predictive distribution of a case.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct PosteriorPredictive {
     /// Instants of the bands, s.
@@ -25,8 +24,7 @@ pub struct PosteriorPredictive {
 }
 
 /// Predictive bands of a sensor: from the factors alone, and with the model discrepancy.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct SensorPredictive {
     /// From the posterior of the factors alone.
@@ -39,8 +37,7 @@ pub struct SensorPredictive {
 }
 
 /// Median and 95 % band of the draws.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct PredictiveBand {
     /// The percentile 2.5 at each instant, K.

@@ -4,8 +4,7 @@ use crate::case::Case;
 use crate::case::unit::{Dimension, parse_quantity};
 
 /// A quantity of the peak of a sensor, and the half-width that its 95 % confidence interval is to have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PrecisionTarget {
     /// Index of the sensor.
     pub sensor: usize,
@@ -16,8 +15,7 @@ pub struct PrecisionTarget {
 }
 
 /// A quantity of the distribution of a peak over the members.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum TargetQuantity {
     /// The percentile of a probability between 0 and 1, K.
     Percentile(f64),
@@ -29,8 +27,7 @@ pub enum TargetQuantity {
 }
 
 /// The half-width of an interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum HalfWidth {
     /// In K, or as a probability.
     Absolute(f64),

@@ -6,8 +6,7 @@
 //! members at each thickness.
 
 /// The smallest thickness that keeps a peak below the limit, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub enum RequiredThickness {
     /// The smallest allowed thickness suffices.

@@ -37,7 +37,6 @@ pub(in crate::study) struct MemberPeak {
 }
 
 /// Numbers of a row of the log: temperature and time of the peak, and the status.
-#[cfg(feature = "serde")]
 pub(crate) const LOG_COLUMNS: usize = 3;
 
 /// The status in the log: 0 is completed, 1 diverged, and from 2 the ply whose table was left.

@@ -4,8 +4,7 @@
 pub(super) const NORMAL_95: f64 = 1.96;
 
 /// A number with its 95 % confidence interval; all NaN where there are too few members.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct ConfidenceInterval {
     /// The estimate.
@@ -17,8 +16,7 @@ pub struct ConfidenceInterval {
 }
 
 /// Second-order Sobol index: fraction of the variance from the interaction of two factors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct PairIndex {
     /// Indices of the factors, the lower first.

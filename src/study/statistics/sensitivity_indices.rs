@@ -9,8 +9,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Sensitivity indices of one output; each vector has one entry per factor.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct SensitivityIndices {
     /// Pearson correlation (the paper's Eq. 13): linear dependence.

@@ -6,8 +6,7 @@ use crate::case::{Material, Property, Provenance, SourceKind};
 
 /// The relative change of a property, of the same material in all layups, at which another layup becomes the lightest;
 /// linear in the property.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct RankChange {
     /// Id of the material.

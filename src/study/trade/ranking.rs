@@ -15,8 +15,7 @@ const EQUAL_SHARE: f64 = 1e-6;
 const STREAM: u64 = 0x7261_6e6b;
 
 /// The rank of a layup, from one. Layups of equal mass have the same rank.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Rank {
     /// The rank.

@@ -22,8 +22,7 @@ const SCALE_MEMBERS: usize = 1000;
 
 /// Estimated discretisation error of the members of a sweep, with rounding in f32: the largest of all readings and
 /// peaks, against the same members marched in f64 with twice the cells and steps.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct SweepError {
     /// The hundredth of the members, at most 64, whose peaks are farthest from the nominal ones by the derivatives of
@@ -35,8 +34,7 @@ pub struct SweepError {
 }
 
 /// The largest error of some members.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct MembersError {
     /// Members that were marched with twice the cells and steps.

@@ -25,7 +25,6 @@ impl Dialect {
     }
 
     /// The dialect of the cells of a sheet, which may be text with a decimal comma.
-    #[cfg(feature = "xlsx")]
     pub(super) fn of_sheets() -> Self {
         Self { separator: '\t', decimal_mark: None, missing: Vec::new() }
     }

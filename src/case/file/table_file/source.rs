@@ -2,10 +2,8 @@
 //! position and text of a cell for a message.
 
 use super::dialect::Dialect;
-#[cfg(feature = "xlsx")]
 use super::workbook::SheetRows;
 use crate::case::error::SourceLocation;
-#[cfg(feature = "xlsx")]
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -16,12 +14,10 @@ pub(super) enum Source {
     /// The text of a file. The key of a row is its byte offset; blank lines and comments may precede the row.
     Text(Rc<String>),
     /// The sheet of this name. The key of a row is its number from zero.
-    #[cfg(feature = "xlsx")]
     Sheet(Arc<str>, Sheet),
 }
 
 /// What is kept of the cells of a sheet.
-#[cfg(feature = "xlsx")]
 #[derive(Debug)]
 pub(super) struct Sheet {
     /// The first column of the table, from zero.
@@ -35,7 +31,6 @@ impl Source {
     pub(super) fn location(&self, file: &Arc<str>, dialect: &Dialect, cell: Option<(usize, usize)>) -> SourceLocation {
         let (sheet, line_column) = match self {
             Self::Text(text) => (None, cell.map(|(row, column)| dialect.line_column(text, row, column))),
-            #[cfg(feature = "xlsx")]
             Self::Sheet(name, Sheet { first_column, .. }) => {
                 (Some(name.clone()), cell.map(|(row, column)| (row + 1, first_column + column + 1)))
             }
@@ -54,17 +49,14 @@ impl Source {
                     _ => String::new(),
                 }
             }
-            #[cfg(feature = "xlsx")]
             Self::Sheet(_, sheet) => sheet.texts.get(&(column, row)).cloned().unwrap_or_default(),
         }
     }
 
     /// Keep a cell that is not a number for a message, up to `most` in a column. A text is read again instead.
-    #[cfg_attr(not(feature = "xlsx"), expect(unused_variables, reason = "only cells of a sheet are kept"))]
     pub(super) fn keep(&mut self, row: usize, column: usize, cell: &str, most: usize) {
         match self {
             Self::Text(_) => {}
-            #[cfg(feature = "xlsx")]
             Self::Sheet(_, Sheet { texts, .. }) => {
                 if texts.range((column, 0)..(column + 1, 0)).count() < most {
                     texts.insert((column, row), cell.trim().to_owned());
@@ -77,7 +69,6 @@ impl Source {
 /// The rows of a table, one after another.
 pub(super) enum Rows<'t> {
     Text(csv::Reader<&'t [u8]>),
-    #[cfg(feature = "xlsx")]
     Sheet(Box<SheetRows<'t>>),
 }
 
@@ -92,27 +83,22 @@ impl Rows<'_> {
                 let found = reader.read_record(record).map_err(|error| error.to_string())?;
                 Ok(found.then(|| record.position().map_or(0, |at| at.byte() as usize)))
             }
-            #[cfg(feature = "xlsx")]
             Self::Sheet(rows) => rows.next(record).map(|row| row.map(|row| row as usize)),
         }
     }
 
     /// The headings have been read: there are as many columns.
-    #[cfg_attr(not(feature = "xlsx"), expect(unused_variables, reason = "only rows of a sheet have no length"))]
     pub(super) fn set_columns(&mut self, columns: usize) {
         match self {
             Self::Text(_) => {}
-            #[cfg(feature = "xlsx")]
             Self::Sheet(rows) => rows.set_columns(columns),
         }
     }
 
     /// Columns of dates and durations, each with what its seconds count from.
-    #[cfg(feature = "xlsx")]
     pub(super) fn clocks(&self) -> Vec<(usize, String)> {
         match self {
             Self::Text(_) => Vec::new(),
-            #[cfg(feature = "xlsx")]
             Self::Sheet(rows) => rows.clocks().map(|(column, clock)| (column, clock.to_owned())).collect(),
         }
     }

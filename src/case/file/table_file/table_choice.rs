@@ -1,6 +1,5 @@
 //! What a case says about a table file beside its name: sheet and range of a workbook, and codes of missing values.
 
-#[cfg(feature = "xlsx")]
 use super::cell_range::CellRange;
 use crate::case::error::ReadResult;
 use crate::case::file::spanned_toml::{TableReader, ValueReader, collect_all};
@@ -44,7 +43,6 @@ impl<'a> TableChoice<'a> {
     }
 
     /// The chosen cells.
-    #[cfg(feature = "xlsx")]
     pub(super) fn cells(self) -> ReadResult<CellRange> {
         self.range.map_or(Ok(CellRange::ALL), |range| range.require(CellRange::parse(range.text()?)))
     }

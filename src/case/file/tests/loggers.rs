@@ -121,7 +121,6 @@ fn times_may_be_in_days() {
     }
 }
 
-#[cfg(feature = "xlsx")]
 #[test]
 fn times_of_day_in_a_workbook_pass_midnight() {
     use rust_xlsxwriter::{Format, Workbook};
