@@ -85,7 +85,7 @@ fn mixture_properties(p: u32, i: u32, step: u32, stage: u32) {
     let here = mixture(p, temperature_k, cell_pressure_pa(i, step, stage), stage_phases(p, i, stage), stage == 0u);
     conductivities[i] = here.conductivity;
     slopes[i] = here.slope;
-    stage_capacities[i] = cells[i].width_m * here.heat_capacity;
+    stage_capacities[i] = cell_width_m(i) * here.heat_capacity;
     if reads_gas_tables(stage) {
         gas_enthalpy(i, gas_columns(p, row));
     }
@@ -119,7 +119,7 @@ fn single_substance_properties(p: u32, ply: PlyProperties, i: u32, stage: u32) -
         gas_enthalpy(i, gas_columns(p, row));
     }
     let here = solid_properties(row, ply.parts, scale, stage == 0u);
-    return SolidProperties(here.conductivity, here.slope, cells[i].width_m * (density_kg_m3 * here.heat_capacity));
+    return SolidProperties(here.conductivity, here.slope, cell_width_m(i) * (density_kg_m3 * here.heat_capacity));
 }
 
 // Node at a stage. Properties are looked up here where one thread marches a member, as storing columns dominates its
@@ -146,7 +146,7 @@ fn node(p: u32, ply: PlyProperties, i: u32, stage: u32) -> Node {
 }
 
 fn flux_within_ply(p: u32, cell: u32, here: Node, next: Node, step: u32, stage: u32) -> InteriorFaceFlux {
-    let half_over_next_1_m = cells[cell].half_over_next_1_m;
+    let half_over_next_1_m = half_over_distance_1_m(cell);
     var conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
     let drop = difference(here.temperature, next.temperature);
     var conductivity_slopes = array<real, 2>(0.0, 0.0);
@@ -199,8 +199,9 @@ fn conductivity_by_integral(p: u32, cell: u32, drop: real, step: u32, stage: u32
 
 fn flux_across_interface(p: u32, here: Node, next: Node, stage: u32) -> InteriorFaceFlux {
     let cell = plan.plies[p].first_cell - 1u;
-    let below_m = cells[cell].below_m;
-    let above_m = cells[cell + 1u].above_m;
+    let lengths_m = lengths_to_next_m(cell);
+    let below_m = lengths_m[0];
+    let above_m = lengths_m[1];
     let conductance =
         conductance_across(here.conductivity, below_m, next.conductivity, above_m, contact_scales[p - 1u]);
     let drop = difference(here.temperature, next.temperature);
@@ -261,9 +262,9 @@ fn open_face_flux(face: u32, forcing: BoundaryForcing, surface_state: SurfaceSta
 fn face_heat_flux(face: u32, cell: u32, step: u32, stage: u32) -> real {
     var conducted_on = face_conduction[face];
     if HOLDER == 1u {
-        let forcing = boundary_forcing[4u * step + 2u * face + stage];
+        let outside = forcing(face, step, stage);
         let conductance = holder_conductance(face * (PLIES - 1u), cell);
-        conducted_on = conducted_on - lateral_heat_flux(conductance, forcing.holder_k, stage_temperature(cell, stage));
+        conducted_on = conducted_on - lateral_heat_flux(conductance, outside.holder_k, stage_temperature(cell, stage));
     }
     return boundary_rows[face].flux + plan.faces[face].held * conducted_on;
 }

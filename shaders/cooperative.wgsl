@@ -213,7 +213,7 @@ fn empty_block() -> BlockCoupling {
 }
 
 // Appends a row of the block to the forward elimination. The first row of a block keeps its coupling to the unknown
-// above the block in `lower`, as the block begins with a reciprocal pivot of one and nothing above.
+// above the block in `lower_ratios`, as the block begins with a reciprocal pivot of one and nothing above.
 fn append_row(
     block: BlockCoupling,
     lower_ratio: real,
@@ -289,12 +289,12 @@ fn solve_reduced(block: BlockCoupling) -> array<real, 2> {
 fn unknown_below_block() -> real {
     var block = empty_block();
     for (var i = block_first; i < block_end; i++) {
-        block = append_row(block, lower[i], diagonal[i], upper[i], rhs_or_increment[i]);
+        block = append_row(block, lower_ratios[i], reciprocal_pivots[i], upper_ratios[i], rhs_or_increment[i]);
     }
     let around = solve_reduced(block);
     var coupling = around[0];
     for (var i = block_first; i < block_end; i++) {
-        coupling = -(lower[i] * coupling);
+        coupling = -(lower_ratios[i] * coupling);
         rhs_or_increment[i] = rhs_or_increment[i] + coupling;
     }
     return around[1];
@@ -364,10 +364,10 @@ fn conversion_above() -> Conversion {
     }
     var end_m = real(0.0);
     for (var i = 0u; i < block_first; i++) {
-        end_m = end_m + cells[i].width_m;
+        end_m = end_m + cell_width_m(i);
     }
     let i = block_first - 1u;
     let p = ply_first - select(0u, 1u, i < plan.plies[ply_first].first_cell);
     let at = degree_of_conversion(p, mass_ratio(p, current_phases(p, i)));
-    return Conversion(at, end_m - cells[i].width_m + cells[i].above_m, end_m);
+    return Conversion(at, end_m - cell_width_m(i) + cells[i].above_m, end_m);
 }

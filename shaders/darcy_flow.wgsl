@@ -55,7 +55,7 @@ fn update_gas_flow(step: u32, stage: u32) {
 }
 
 fn account_outflow(step: u32, hot_kg_m2_s: real, back_kg_m2_s: real) {
-    let step_length_s = lengths[step];
+    let step_length_s = step_length_s(step);
     if thread == 0u {
         add_gas_exchange(hot_kg_m2_s * step_length_s, back_kg_m2_s * step_length_s);
     }
@@ -80,7 +80,7 @@ fn pore_state(p: u32, i: u32, stage: u32) -> PoreState {
     var slip = real(0.0);
     var inertia = real(0.0);
     for (var state = 0u; state < ply.states; state++) {
-        let row = plan.substances[ply.first_state + state];
+        let row = plan.state_properties[ply.first_state + state];
         porosity = porosity + phases[state] * row.porosity;
         permeability = permeability + phases[state] * row.permeability_m2;
         slip = slip + phases[state] * row.slip_pa_k;
@@ -88,7 +88,7 @@ fn pore_state(p: u32, i: u32, stage: u32) -> PoreState {
     }
     let mobility = ply_scales[p].permeability * permeability / (viscosity_pa_s * thickness_ratio);
     let density_s2_m2 = molar_kg_k_j / temperature_k;
-    let volume_m = cells[i].width_m * ply_scales[p].thickness * thickness_ratio;
+    let volume_m = ply_scales[p].thickness * cell_width_m(i) * thickness_ratio;
     return PoreState(
         max(volume_m * porosity * density_s2_m2, real(STORAGE_MIN)),
         mobility * density_s2_m2,
@@ -117,7 +117,7 @@ fn apply_face_pressures(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * run.last_cell;
         if has_cell(cell) && (face == 0u || BACK_IS_OPEN) {
-            let outside = DoubleWord(boundary_forcing[4u * step + 2u * face].pressure_pa, 0.0);
+            let outside = DoubleWord(forcing(face, step, 0u).pressure_pa, 0.0);
             let taken = pores[cell].storage * difference(pressures[cell], outside);
             add_gas_exchange(taken, 0.0);
             pressures[cell] = outside;
@@ -132,7 +132,8 @@ fn gas_flux_below(i: u32, at_end: bool) -> GasFlux {
         upper = midpoint_pores(pores[i], upper);
         under = midpoint_pores(pores[i + 1u], under);
     }
-    return gas_flux(upper, cells[i].below_m, stage_pressure(i), under, cells[i + 1u].above_m, stage_pressure(i + 1u));
+    let lengths_m = lengths_to_next_m(i);
+    return gas_flux(upper, lengths_m[0], stage_pressure(i), under, lengths_m[1], stage_pressure(i + 1u));
 }
 
 fn stage_pressure(cell: u32) -> DoubleWord {
@@ -169,13 +170,13 @@ fn substitute() {
 
 fn advance_pressures(step: u32) {
     let gamma = real(PRESSURE_GAMMA);
-    let inverse_step_1_s = 1.0 / lengths[step];
+    let inverse_step_1_s = 1.0 / step_length_s(step);
     let open = array<real, 2>(1.0, select(real(0.0), real(1.0), BACK_IS_OPEN));
     for (var i = first_cell(); i < end_cell(); i++) {
         first_pressure_increments[i] = 0.0;
     }
-    let step_length_s = lengths[step];
-    let before_s = lengths[max(step, 1u) - 1u];
+    let step_length_s = step_length_s(step);
+    let before_s = step_length_s(max(step, 1u) - 1u);
     let share = (gamma - 0.5) * 2.0 * step_length_s / (step_length_s + before_s);
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
@@ -264,8 +265,8 @@ fn advance_pressures(step: u32) {
 }
 
 fn ambient_pressure_rises(step: u32) -> array<real, 2> {
-    let hot = boundary_forcing[4u * step + 1u].pressure_pa - boundary_forcing[4u * step].pressure_pa;
-    let back = boundary_forcing[4u * step + 3u].pressure_pa - boundary_forcing[4u * step + 2u].pressure_pa;
+    let hot = forcing(0u, step, 1u).pressure_pa - forcing(0u, step, 0u).pressure_pa;
+    let back = forcing(1u, step, 1u).pressure_pa - forcing(1u, step, 0u).pressure_pa;
     return array<real, 2>(hot, back);
 }
 
@@ -307,7 +308,7 @@ fn mean_flux_below(cell: u32, behind: real, inverse_step_1_s: real) -> real {
 }
 
 fn update_mean_fluxes(step: u32) {
-    let inverse_step_1_s = 1.0 / lengths[step];
+    let inverse_step_1_s = 1.0 / step_length_s(step);
     var mean = mean_flux_into_block(inverse_step_1_s);
     for (var end = end_cell(); end > first_cell(); end--) {
         let i = end - 1u;

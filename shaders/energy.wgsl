@@ -17,7 +17,7 @@ fn sum_stored_heat() {
 
 fn stored_heat_gain(p: u32, i: u32) -> real {
     let ply = plan.plies[p];
-    let width_m = cells[i].width_m;
+    let width_m = cell_width_m(i);
     let now = ply_row(p, temperatures[i].high);
     let then = ply_row(p, cells[i].start_k);
     if ply.states == 1u {

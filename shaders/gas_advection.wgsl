@@ -47,7 +47,7 @@ fn gas_heat_gain(p: u32, cell: u32) -> real {
     }
     let now_kg_m2 = pores[cell].storage * pressures[cell].high;
     let now_j_kg = gas_enthalpy_j_kg[cell] - gas_flow_work(p, cell, 0u);
-    let then_kg_m2 = initial_gas_storage(p, cell) * boundary_forcing[0].pressure_pa;
+    let then_kg_m2 = initial_gas_storage(p, cell) * forcing(0u, 0u, 0u).pressure_pa;
     let start_k = cells[cell].start_k;
     let then = gas_columns(p, ply_row(p, start_k));
     let then_j_kg = interpolate(then, 0u) - start_k / interpolate(then, 2u);
@@ -58,8 +58,8 @@ fn gas_heat_gain(p: u32, cell: u32) -> real {
 fn initial_gas_storage(p: u32, cell: u32) -> real {
     let start_k = cells[cell].start_k;
     let molar = interpolate(gas_columns(p, ply_row(p, start_k)), 2u);
-    let virgin = plan.substances[plan.plies[p].first_state];
-    let volume_m = cells[cell].width_m * ply_scales[p].thickness;
+    let virgin = plan.state_properties[plan.plies[p].first_state];
+    let volume_m = ply_scales[p].thickness * cell_width_m(cell);
     return max(volume_m * virgin.porosity * (molar / start_k), real(STORAGE_MIN));
 }
 
@@ -106,7 +106,7 @@ fn account_gas_heat(step: u32, stage: u32, out: real) {
         first_stage_gas_heat = out;
         return;
     }
-    let half_step_s = 0.5 * lengths[step];
+    let half_step_s = 0.5 * step_length_s(step);
     gas_heat = add_compensated(gas_heat, half_step_s * (first_stage_gas_heat + out));
     reaction_gain = add_compensated(reaction_gain, half_step_s * released_heat);
 }

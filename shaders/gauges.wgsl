@@ -16,7 +16,7 @@ struct Conversion {
 }
 
 fn gauges(step: u32) -> array<real, GAUGES> {
-    let outside = boundary_forcing[4u * step].pressure_pa;
+    let outside = forcing(0u, step, 0u).pressure_pa;
     var lost = real(0.0);
     var virgin = Crossing(0.0, 0.0, 0.0, 0.0);
     var char = Crossing(0.0, 0.0, 0.0, 0.0);
@@ -28,7 +28,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
             let lost_ratio = lost_mass_ratio(p, i);
             let density = opaque(1.0 - lost_ratio);
-            let width_m = cells[i].width_m;
+            let width_m = cell_width_m(i);
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * lost_ratio;
             let here = degree_of_conversion(p, density);
             let node_m = depth_m + cells[i].above_m;
@@ -58,8 +58,8 @@ fn gauges(step: u32) -> array<real, GAUGES> {
         }
         back = pressures[run.last_cell].high;
     }
-    let length_s = lengths[max(step, 1u) - 1u];
-    let before_s = lengths[max(step, 2u) - 2u];
+    let length_s = step_length_s(max(step, 1u) - 1u);
+    let before_s = step_length_s(max(step, 2u) - 2u);
     let flux = recent_outflows[1]
         + (recent_outflows[1] - recent_outflows[0]) * (length_s / (length_s + before_s));
     return array<real, GAUGES>(

@@ -6,10 +6,10 @@
 @group(0) @binding(1) var<uniform> cells: array<Cell, CELLS>;
 @group(0) @binding(2) var<uniform> plan: Plan;
 // Of each interface, m²K/W.
-@group(0) @binding(3) var<storage, read> contacts: array<real>;
+@group(0) @binding(3) var<storage, read> contacts_m2_k_w: array<real>;
 // Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end of the march.
 @group(0) @binding(4) var<storage, read> boundary_forcing: array<BoundaryForcing>;
-@group(0) @binding(5) var<storage, read> lengths: array<real>;
+@group(0) @binding(5) var<storage, read> step_lengths_s: array<real>;
 // Two properties in four words, each with its rise to the next node; zeros if the tables are texels.
 @group(0) @binding(6) var<storage, read> tables: array<vec4<real>>;
 // The tables with TEXELS_ABREAST column groups in a row of texels, where the device reads texels faster; else a row of

@@ -12,7 +12,7 @@ fn current_phases(ply: u32, cell: u32) -> Phases {
     for (var j = row.first_reaction; j < row.end_reaction; j++) {
         let place = cell * REACTIONS + j - row.first_reaction;
         let moved_fraction = plan.reactions[j].share * advancements[place].high;
-        phases = transfer_volume(phases, plan.paths[j], moved_fraction);
+        phases = transfer_volume(phases, plan.reaction_paths[j], moved_fraction);
     }
     return phases;
 }
@@ -56,7 +56,7 @@ fn lost_mass_ratio(ply: u32, cell: u32) -> real {
 fn face_emissivity(face: u32, ply: u32, cell: u32, seen: TableSegment, stage: u32) -> real {
     var phases = stage_phases(ply, cell, stage);
     let first_property = AIR_PROPERTIES + face * MAX_STATES;
-    let by_volume = plan.bulks[ply].by_volume == 1.0;
+    let by_volume = plan.bulk_properties[ply].by_volume == 1.0;
     var sum = real(0.0);
     for (var state = 0u; state < plan.plies[ply].states; state++) {
         var own = phases[state] * interpolate(seen, first_property + state);
@@ -177,8 +177,8 @@ fn pore_factor(p: u32, state: u32, conditions: array<real, 2>) -> real {
         return 1.0;
     }
     let row = plan.plies[p].first_state + state;
-    let first = plan.conductions[row].first_pore;
-    let end = plan.conductions[row].end_pore;
+    let first = plan.conductivity_columns[row].first_pore;
+    let end = plan.conductivity_columns[row].end_pore;
     if first == end {
         return 1.0;
     }
@@ -202,7 +202,7 @@ fn cell_pressure_pa(i: u32, step: u32, stage: u32) -> real {
     if DARCY {
         return pressures[i].high;
     }
-    return boundary_forcing[4u * step + stage].pressure_pa;
+    return forcing(0u, step, stage).pressure_pa;
 }
 
 fn pressure_index(p: u32, pressure_pa: real) -> PressureIndex {
@@ -313,7 +313,7 @@ fn mixture_sums(ply: u32, of_phases: Phases, states: u32) -> MixtureSums {
 
 fn conductivity_divisor(ply: u32, density: real) -> real {
     let thickness_ratio = thickness_ratio_of(ply, density);
-    if plan.bulks[ply].by_volume == 1.0 {
+    if plan.bulk_properties[ply].by_volume == 1.0 {
         return thickness_ratio;
     }
     return density * thickness_ratio;
@@ -324,7 +324,7 @@ fn degree_of_conversion(ply: u32, density: real) -> real {
 }
 
 fn thickness_ratio_of(ply: u32, density: real) -> real {
-    return 1.0 - (1.0 - density) * (ply_scales[ply].per_loss * plan.bulks[ply].shrinkage);
+    return 1.0 - (1.0 - density) * (ply_scales[ply].per_loss * plan.bulk_properties[ply].shrinkage);
 }
 
 fn transfer_volume(phases: Phases, path: ReactionPath, moved_fraction: real) -> Phases {

@@ -32,10 +32,10 @@ fn advance_reactions(step: u32, stage: u32) {
     if stage == 0u {
         return;
     }
-    let step_length_s = lengths[step];
+    let step_length_s = step_length_s(step);
     var next_s = real(0.0);
     if step + 1u < run.steps {
-        next_s = lengths[step + 1u];
+        next_s = step_length_s(step + 1u);
     }
     for (var p = first_ply(); p < end_ply(); p++) {
         let ply = plan.plies[p];
@@ -54,7 +54,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
     let rise_k = 0.5 * first_increments[i];
     let temperature_k = temperatures[i].high + rise_k;
     let gas_here_j_kg = gas_enthalpy_j_kg[i] + gas_heat_capacities[i] * rise_k;
-    let is_absolute = plan.bulks[p].absolute == 1.0;
+    let is_absolute = plan.bulk_properties[p].absolute == 1.0;
     var state_enthalpies: Phases;
     var risen_j_kg = enthalpy_rises[i * STATES][0] + enthalpy_rises[i * STATES][1] * rise_k;
     for (var state = 0u; state < ply.states; state++) {
@@ -84,7 +84,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
         let place = i * REACTIONS + j - ply.first_reaction;
         let reaction = plan.reactions[j];
         let steepness = reaction.activation_k * steepness_k;
-        let path = plan.paths[j];
+        let path = plan.reaction_paths[j];
         let before_it = advancements[place];
         let is_chained = reaction.chained == 1.0;
         let ahead = select(1.0, before, is_chained);
@@ -130,7 +130,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
         }
     }
     if has_one_path {
-        let path = plan.paths[ply.first_reaction];
+        let path = plan.reaction_paths[ply.first_reaction];
         second_stage = transfer_volume(second_stage, path, second_moved);
         first_stage = transfer_volume(first_stage, path, first_moved);
     }
@@ -144,7 +144,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
         heat_scale = scale.pyrolysis_heat * scale.loss;
     }
     let heat_absorbed = heat_scale * heat_sum;
-    let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * inverse_step_1_s;
+    let flux_kg_m2_s = scale.mass_kg_m3 * cell_width_m(i) * inverse_step_1_s;
     let heat_given = opaque(opaque(gas_made * gas_here_j_kg - solid_released) - heat_absorbed);
     let heat_slope = flux_kg_m2_s * (heat_scale * slope_sum * (steepness_k * per_kelvin));
     store_stage_sources(

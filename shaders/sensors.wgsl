@@ -6,7 +6,7 @@ fn read_sensor(sensor: u32, step: u32) -> DoubleWord {
         return read_face(sensor, step);
     }
     var hottest = hottest_node(sensor);
-    for (var face = sensor + 1u; face < sensor + 1u + plan.places[sensor].faces; face++) {
+    for (var face = sensor + 1u; face < sensor + 1u + plan.sensor_locations[sensor].faces; face++) {
         let there = read_face(face, step);
         hottest = max(hottest, there.high + there.low);
     }
@@ -14,11 +14,11 @@ fn read_sensor(sensor: u32, step: u32) -> DoubleWord {
 }
 
 fn is_limit_row(sensor: u32) -> bool {
-    return plan.places[sensor].end_node + plan.places[sensor].faces > 0u;
+    return plan.sensor_locations[sensor].end_node + plan.sensor_locations[sensor].faces > 0u;
 }
 
 fn hottest_node(sensor: u32) -> real {
-    let location = plan.places[sensor];
+    let location = plan.sensor_locations[sensor];
     var hottest = real(0.0);
     for (var i = location.first_node; i < location.end_node; i++) {
         var excess = real(0.0);
@@ -37,20 +37,20 @@ fn hottest_node(sensor: u32) -> real {
 }
 
 fn stretch(i: u32) -> array<real, 2> {
-    let length_m = cells[i].below_m + cells[i + 1u].above_m;
+    let length_m = distance_to_next_m(i);
     return array<real, 2>(difference(temperatures[i + 1u], temperatures[i]) / length_m, length_m);
 }
 
 fn read_face(sensor: u32, step: u32) -> DoubleWord {
-    let location = plan.places[sensor];
+    let location = plan.sensor_locations[sensor];
     let i = location.cell;
     let ply = location.ply_above;
     let conductivity = conductivity_now(ply, i, step);
     let next = conductivity_now(location.ply_below, i + 1u, step);
-    var conductance = conductance_within(conductivity, next, cells[i].half_over_next_1_m);
+    var conductance = conductance_within(conductivity, next, half_over_distance_1_m(i));
     if location.ply_above != location.ply_below {
-        conductance =
-            conductance_across(conductivity, cells[i].below_m, next, cells[i + 1u].above_m, contact_scales[ply]);
+        let lengths_m = lengths_to_next_m(i);
+        conductance = conductance_across(conductivity, lengths_m[0], next, lengths_m[1], contact_scales[ply]);
     }
     let upper = temperatures[i];
     let lower = temperatures[i + 1u];
@@ -63,7 +63,7 @@ fn read_face(sensor: u32, step: u32) -> DoubleWord {
 }
 
 fn depth_correction(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
-    let location = plan.places[sensor];
+    let location = plan.sensor_locations[sensor];
     let row = plan.sensors[sensor];
     let shift_m = row.depth_m * (column(location.depth) - 1.0);
     let is_inside = location.node_above < location.node_below;
@@ -74,7 +74,7 @@ fn depth_correction(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> 
     }
     for (var step = 0u; step < location.steps_below; step++) {
         let j = location.node_below + step;
-        let length_m = cells[j].below_m + cells[j + 1u].above_m;
+        let length_m = distance_to_next_m(j);
         let gain = difference(temperatures[j + 1u], temperatures[j]) / length_m;
         rise = rise + gain * covered_length(shift_m, start_m, length_m, !is_inside && step == 0u);
         start_m = start_m + length_m;
@@ -85,7 +85,7 @@ fn depth_correction(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> 
     }
     for (var step = 0u; step < location.steps_above; step++) {
         let j = location.node_above - step;
-        let length_m = cells[j - 1u].below_m + cells[j].above_m;
+        let length_m = distance_to_next_m(j - 1u);
         let gain = difference(temperatures[j - 1u], temperatures[j]) / length_m;
         rise = rise + gain * covered_length(-shift_m, start_m, length_m, !is_inside && step == 0u);
         start_m = start_m + length_m;

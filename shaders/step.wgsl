@@ -72,7 +72,7 @@ fn solve_first_increments() {
     var before = unknown_below_block();
     for (var end = end_cell(); end > first_cell(); end--) {
         let i = end - 1u;
-        before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
+        before = back_substitute(rhs_or_increment[i], reciprocal_pivots[i], upper_ratios[i], before);
         first_increments[i] = before;
     }
 }
@@ -121,7 +121,7 @@ fn account_face_heat(face: u32, step: u32, start: real, end: real, cell: u32, ne
     let row = boundary_row_of(face);
     let slopes = face_conduction_slopes[face];
     let implicit = row.slope * sum - row.held * (slopes[0] * sum - slopes[1] * neighbour_sum);
-    let half_step_s = 0.5 * lengths[step];
+    let half_step_s = 0.5 * step_length_s(step);
     let amount = half_step_s * (start + end + implicit);
     heat[2u * face] = add_compensated(heat[2u * face], max(amount, 0.0));
     heat[2u * face + 1u] = add_compensated(heat[2u * face + 1u], max(-amount, 0.0));
@@ -136,7 +136,7 @@ fn update_temperatures(step: u32) {
         var top = hottest[p];
         for (var end = end_cell_of(p); end > first; end--) {
             let i = end - 1u;
-            before = back_substitute(rhs_or_increment[i], diagonal[i], upper[i], before);
+            before = back_substitute(rhs_or_increment[i], reciprocal_pivots[i], upper_ratios[i], before);
             var start = first_increments[i];
             if ENTHALPY_STEPS {
                 start = first_solution[i];

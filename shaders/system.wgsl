@@ -75,16 +75,15 @@ fn boundary_row_of(face: u32) -> BoundaryRow {
 }
 
 fn held_face_rise(face: u32, step: u32) -> real {
-    return boundary_forcing[4u * step + 2u * face + 1u].held_k - boundary_forcing[4u * step + 2u * face].held_k;
+    return forcing(face, step, 1u).held_k - forcing(face, step, 0u).held_k;
 }
 
 fn boundary_row(face: u32, cell: u32, step: u32, stage: u32) -> BoundaryRow {
-    let start = 4u * step + 2u * face;
     let surface_state = surface_state(face, cell, stage);
-    let now = open_face_flux(face, boundary_forcing[start + stage], surface_state);
+    let now = open_face_flux(face, forcing(face, step, stage), surface_state);
     var boundary_row = boundary_row_of(face);
     if stage == 0u {
-        let end = open_face_flux(face, boundary_forcing[start + 1u], surface_state);
+        let end = open_face_flux(face, forcing(face, step, 1u), surface_state);
         boundary_row.held = plan.faces[face].held;
         boundary_row.rise_k = held_face_rise(face, step);
         boundary_row.rhs_correction = (end.flux - now.flux) * real(GAMMA);
@@ -181,9 +180,9 @@ fn first_stage_row(
     next.reciprocal = eliminated_row.reciprocal;
     next.upper = row.upper;
     next.rhs = forward_eliminate(row.rhs, eliminated_row.lower_ratio, above.rhs);
-    lower[at.cell] = eliminated_row.lower_ratio;
-    diagonal[at.cell] = eliminated_row.reciprocal;
-    upper[at.cell] = row.upper * eliminated_row.reciprocal;
+    lower_ratios[at.cell] = eliminated_row.lower_ratio;
+    reciprocal_pivots[at.cell] = eliminated_row.reciprocal;
+    upper_ratios[at.cell] = row.upper * eliminated_row.reciprocal;
     rhs_or_increment[at.cell] = next.rhs;
     first_stage_capacities[at.cell] = node.capacity;
     return next;
@@ -225,7 +224,7 @@ fn second_stage_row(
     if at.face != NO_FACE {
         rhs = apply_boundary_rhs(boundary_row_of(at.face), rhs);
     }
-    next.rhs = forward_eliminate(rhs, lower[at.cell], above.rhs);
+    next.rhs = forward_eliminate(rhs, lower_ratios[at.cell], above.rhs);
     rhs_or_increment[at.cell] = next.rhs;
     return next;
 }

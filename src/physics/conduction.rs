@@ -8,7 +8,7 @@ use super::holder::lateral_heat_flux;
 use super::material::{
     at_pressure_levels, conductance_across, conductance_slope_across, conductance_within, flux_slopes, solid_properties,
 };
-use super::member::Member;
+use super::member::{Member, width_m};
 use super::mixture::{conductivity_divisor, mixture_sums, state_change};
 use super::state::{CellProperties, Mixture};
 use super::surface_flux::{SurfaceFlux, surface_flux};
@@ -110,7 +110,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let row = self.ply_row(p, temperature_k);
         let phases = self.stage_phases(p, i, stage);
         let here = self.mixture(p, temperature_k, self.cell_pressure_pa(i, step, stage), phases, stage == 0);
-        let mut capacity = here.heat_capacity * R::constant(self.rows.cells[i].width_m);
+        let mut capacity = here.heat_capacity * self.cell_width_m(i);
         if stage == 1 && self.plan.tables[p].enthalpy_search_span > 0 {
             capacity = self.thermal.properties[i].first_capacity * self.composition_ratio(p, i);
         }
@@ -203,7 +203,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 }
             }
             let here = solid_properties(row, parts, scale, with_slope);
-            let capacity = density_kg_m3 * here.heat_capacity * R::constant(rows[i].width_m);
+            let capacity = density_kg_m3 * here.heat_capacity * width_m::<R>(&rows[i]);
             matter[i].set(here.conductivity, here.slope, capacity, stage);
             if reads_gas {
                 [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(column_offset(row, plan.properties()));
@@ -344,8 +344,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         next: Node<R>,
         stage: usize,
     ) -> InteriorFaceFlux<R> {
-        let (cell, rows) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells);
-        let (below_m, above_m) = (R::constant(rows[cell].below_m), R::constant(rows[cell + 1].above_m));
+        let cell = self.plan.plies[p].first_cell as usize - 1;
+        let [below_m, above_m] = self.lengths_to_next_m(cell);
         let contact_m2_k_w = self.scales.contacts_m2_k_w[p - 1];
         let conductance = conductance_across(
             here.properties.conductivity,
@@ -438,7 +438,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn face_heat_flux(&self, face: usize, cell: usize, step: usize, stage: usize) -> R {
         let mut conducted_on = self.thermal.face_conduction[face];
         if self.plan.has_holder {
-            let forcing = self.rows.boundary_forcing[4 * step + 2 * face + stage];
+            let forcing = self.forcing(face, step, stage);
             let conductance = self.holder_conductance(face * (self.scales.plies.len() - 1), cell);
             conducted_on = conducted_on
                 - lateral_heat_flux(conductance, R::splat(forcing.holder_k), self.stage_temperature(cell, stage));

@@ -75,7 +75,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Adds the gas that left through the faces over a step to the balance.
     #[inline(always)]
     fn account_outflow(&mut self, step: usize, hot_kg_m2_s: R, back_kg_m2_s: R) {
-        let step_length_s = R::splat(self.rows.step_lengths_s[step]);
+        let step_length_s = self.step_length_s(step);
         self.add_gas_exchange(hot_kg_m2_s * step_length_s, back_kg_m2_s * step_length_s);
         self.gas.recent_outflows = [self.gas.recent_outflows[1], hot_kg_m2_s];
     }
@@ -113,7 +113,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let mobility = self.scales.plies[p].permeability * permeability / (viscosity_pa_s * thickness_ratio);
         let density_s2_m2 = molar_kg_k_j / temperature_k;
-        let volume_m = R::splat(self.rows.cells[i].width_m) * self.scales.plies[p].thickness * thickness_ratio;
+        let volume_m = self.scales.plies[p].thickness * self.cell_width_m(i) * thickness_ratio;
         PoreState {
             storage: (volume_m * porosity * density_s2_m2).max(R::from_f64(STORAGE_MIN)),
             mobility_s: mobility * density_s2_m2,
@@ -147,9 +147,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     fn apply_face_pressures(&mut self, step: usize) {
         let last = self.darcy.pressures.len() - 1;
         let none = R::from_f64(0.0);
-        for (cell, forcing, is_open) in [(0, 4 * step, true), (last, 4 * step + 2, self.plan.back_is_open)] {
+        for (face, cell, is_open) in [(0, 0, true), (1, last, self.plan.back_is_open)] {
             if is_open {
-                let outside = DoubleWord::single(R::splat(self.rows.boundary_forcing[forcing].pressure_pa));
+                let outside = DoubleWord::single(R::splat(self.forcing(face, step, 0).pressure_pa));
                 let taken = self.darcy.pores[cell].storage * difference(self.darcy.pressures[cell], outside);
                 self.add_gas_exchange(taken, none);
                 self.darcy.pressures[cell] = outside;
@@ -161,7 +161,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// step.
     #[inline(always)]
     fn gas_flux_below(&self, i: usize, at_end: bool) -> GasFlux<R> {
-        let (above_m, below_m) = (R::splat(self.rows.cells[i].below_m), R::splat(self.rows.cells[i + 1].above_m));
+        let [above_m, below_m] = self.lengths_to_next_m(i);
         let (mut upper, mut under) = (self.darcy.pores_at_end[i], self.darcy.pores_at_end[i + 1]);
         if !at_end {
             upper = midpoint_pores(self.darcy.pores[i], upper);
@@ -182,14 +182,17 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let last = self.gas.mass_fluxes.len() - 1;
         let gamma = R::from_f64(PRESSURE_GAMMA);
         let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
-        let inverse_step_1_s = one / R::splat(self.rows.step_lengths_s[step]);
+        let inverse_step_1_s = R::constant_from_f64(1.0) / self.step_length_s(step);
         let open = [one, R::from_f64(if self.plan.back_is_open { 1.0 } else { 0.0 })];
         for i in 0..=last {
             self.darcy.first_pressure_increments[i] = zero;
         }
-        let step_length_s = R::splat(self.rows.step_lengths_s[step]);
-        let before_s = R::splat(self.rows.step_lengths_s[step.max(1) - 1]);
-        let share = (gamma - R::from_f64(0.5)) * R::from_f64(2.0) * step_length_s / (step_length_s + before_s);
+        let step_length_s = self.step_length_s(step);
+        let before_s = self.step_length_s(step.max(1) - 1);
+        let share = (R::constant_from_f64(PRESSURE_GAMMA) - R::constant_from_f64(0.5))
+            * R::constant_from_f64(2.0)
+            * step_length_s
+            / (step_length_s + before_s);
         // `pores_at_end`: pores of the second stage. `supply`: gas source less thermal expansion.
         for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
@@ -197,7 +200,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 self.darcy.pores_at_end[i] = self.pore_state(p, i, 1);
                 let expansion = (self.darcy.pores_at_end[i].storage - self.darcy.pores[i].storage) * inverse_step_1_s;
                 let supply = self.reactions.sources[i].mean_gas - self.darcy.pressures[i].high * expansion;
-                self.darcy.source_corrections[i] = share * (supply - self.darcy.supply[i]);
+                self.darcy.source_corrections[i] = (supply - self.darcy.supply[i]) * share;
                 self.darcy.supply[i] = supply;
             }
         }
@@ -270,9 +273,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Rise of the outside pressures over a step, Pa.
     #[inline(always)]
     fn ambient_pressure_rises(&self, step: usize) -> [R; 2] {
-        let forcing = &self.rows.boundary_forcing;
-        let rise = |start: usize| R::splat(forcing[start + 1].pressure_pa) - R::splat(forcing[start].pressure_pa);
-        [rise(4 * step), rise(4 * step + 2)]
+        let pressure = |face, at| R::splat(self.forcing(face, step, at).pressure_pa);
+        [pressure(0, 1) - pressure(0, 0), pressure(1, 1) - pressure(1, 0)]
     }
 
     /// Rise of a cell's pressure over a step, Pa.
@@ -335,7 +337,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     fn update_mean_fluxes(&mut self, step: usize) {
         let last = self.gas.mass_fluxes.len() - 1;
         let zero = R::from_f64(0.0);
-        let inverse_step_1_s = R::constant_from_f64(1.0) / R::constant(self.rows.step_lengths_s[step]);
+        let inverse_step_1_s = R::constant_from_f64(1.0) / self.step_length_s(step);
         let mut mean = zero;
         for up in 0..=last {
             let i = last - up;

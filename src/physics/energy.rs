@@ -32,7 +32,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn stored_heat_gain(&mut self, p: usize, i: usize) -> R {
         let rows = self.rows;
         let ply = self.plan.plies[p];
-        let width_m = R::splat(rows.cells[i].width_m);
+        let width_m = self.cell_width_m(i);
         let now = self.ply_row(p, self.thermal.temperatures[i].high);
         let then = self.ply_row(p, R::splat(rows.cells[i].start_k));
         if ply.states == 1 {

@@ -71,7 +71,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let now_kg_m2 = self.darcy.pores[cell].storage * self.darcy.pressures[cell].high;
         let now_j_kg = self.gas.enthalpies_j_kg[cell] - self.gas_flow_work(p, cell, 0);
-        let then_kg_m2 = self.initial_gas_storage(p, cell) * R::splat(self.rows.boundary_forcing[0].pressure_pa);
+        let then_kg_m2 = self.initial_gas_storage(p, cell) * R::splat(self.forcing(0, 0, 0).pressure_pa);
         let start_k = R::splat(self.rows.cells[cell].start_k);
         let then = self.gas_columns(p, self.ply_row(p, start_k));
         let then_j_kg = interpolate(then, 0) - start_k / interpolate(then, 2);
@@ -85,7 +85,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let start_k = R::splat(self.rows.cells[cell].start_k);
         let molar = interpolate(self.gas_columns(p, self.ply_row(p, start_k)), 2);
         let virgin = self.rows.state_properties[self.plan.plies[p].first_state as usize];
-        let volume_m = R::splat(self.rows.cells[cell].width_m) * self.scales.plies[p].thickness;
+        let volume_m = self.scales.plies[p].thickness * self.cell_width_m(cell);
         (volume_m * R::splat(virgin.porosity) * (molar / start_k)).max(R::from_f64(STORAGE_MIN))
     }
 
@@ -140,9 +140,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             self.sums.first_stage_gas_heat = out;
             return;
         }
-        let half_step_s = R::from_f64(0.5) * R::splat(self.rows.step_lengths_s[step]);
-        self.sums.gas_heat = add_compensated(self.sums.gas_heat, half_step_s * (self.sums.first_stage_gas_heat + out));
-        self.sums.reaction_gain = add_compensated(self.sums.reaction_gain, half_step_s * self.reactions.released_heat);
+        let half_step_s = R::constant_from_f64(0.5) * self.step_length_s(step);
+        self.sums.gas_heat = add_compensated(self.sums.gas_heat, (self.sums.first_stage_gas_heat + out) * half_step_s);
+        self.sums.reaction_gain = add_compensated(self.sums.reaction_gain, self.reactions.released_heat * half_step_s);
     }
 
     /// Slope of the heat that leaves through a face with the gas, by the temperature of its cell, times γ, W/m²/K.

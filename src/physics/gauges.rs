@@ -32,7 +32,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub fn gauges(&self, step: usize) -> [R; GAUGES] {
         let zero = R::from_f64(0.0);
         let last = self.thermal.temperatures.len() - 1;
-        let outside = R::splat(self.rows.boundary_forcing[4 * step].pressure_pa);
+        let outside = R::splat(self.forcing(0, step, 0).pressure_pa);
         let mut lost = zero;
         let nowhere = Crossing { upper: zero, upper_m: zero, lower: zero, lower_m: zero };
         let mut virgin = nowhere;
@@ -45,7 +45,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let lost_ratio = self.lost_mass_ratio(p, i);
                 let density = opaque(R::from_f64(1.0) - lost_ratio);
-                let width_m = R::splat(self.rows.cells[i].width_m);
+                let width_m = self.cell_width_m(i);
                 lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * lost_ratio;
                 let here = degree_of_conversion(density, self.scales.plies[p]);
                 let node_m = depth_m + R::splat(self.rows.cells[i].above_m);
@@ -78,7 +78,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         // and are read from those that follow.
         let [before, now] = self.gas.recent_outflows;
         let (last, earlier) = (step.max(1) - 1, step.max(2) - 2);
-        let [length_s, before_s] = [last, earlier].map(|step| R::splat(self.rows.step_lengths_s[step]));
+        let [length_s, before_s] = [last, earlier].map(|step| self.step_length_s(step));
         let flux = now + (now - before) * (length_s / (length_s + before_s));
         [flux, lost, virgin_m, char_m, peak, back]
     }

@@ -21,8 +21,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Holder temperature of a stage, K.
     #[inline(always)]
     fn holder_k(&self, step: usize, stage: usize) -> R {
-        let start = R::splat(self.rows.boundary_forcing[4 * step].holder_k);
-        let end = R::splat(self.rows.boundary_forcing[4 * step + 1].holder_k);
+        let start = R::splat(self.forcing(0, step, 0).holder_k);
+        let end = R::splat(self.forcing(0, step, 1).holder_k);
         let foreseen = R::from_f64(GAMMA) * (end - start);
         if stage == 0 { start + foreseen } else { end - foreseen }
     }
@@ -30,7 +30,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Conductance between the holder and a cell of a ply, W/m²/K.
     #[inline(always)]
     pub(super) fn holder_conductance(&self, ply: usize, cell: usize) -> R {
-        self.scales.plies[ply].holder_w_m3_k * R::constant(self.rows.cells[cell].width_m)
+        self.scales.plies[ply].holder_w_m3_k * self.cell_width_m(cell)
     }
 
     /// Heat flux from the holder into a cell at a stage, W/m².
@@ -51,8 +51,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 taken = taken + self.holder_conductance(p, i) * self.thermal.system[i].rhs_or_increment;
             }
         }
-        let half_step_s = R::from_f64(0.5) * R::splat(self.rows.step_lengths_s[step]);
-        let amount = half_step_s * (start + end - R::from_f64(GAMMA) * taken);
+        let half_step_s = R::constant_from_f64(0.5) * self.step_length_s(step);
+        let amount = (start + end - R::from_f64(GAMMA) * taken) * half_step_s;
         let zero = R::from_f64(0.0);
         self.sums.heat[4] = add_compensated(self.sums.heat[4], amount.max(zero));
         self.sums.heat[5] = add_compensated(self.sums.heat[5], (-amount).max(zero));

@@ -213,13 +213,7 @@ pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m:
 
 /// Conductance between nodes on both sides of an interface, W/m²/K: two half cells and the contact in series.
 #[inline(always)]
-pub fn conductance_across<R: Real>(
-    conductivity: R,
-    below_m: R::Constant,
-    next: R,
-    above_m: R::Constant,
-    contact_m2_k_w: R,
-) -> R {
+pub fn conductance_across<R: Real>(conductivity: R, below_m: R, next: R, above_m: R, contact_m2_k_w: R) -> R {
     let both = conductivity * next;
     both / (next * below_m + conductivity * above_m + contact_m2_k_w * both)
 }
@@ -227,7 +221,7 @@ pub fn conductance_across<R: Real>(
 /// Slope of the conductance across an interface by a node's conductivity, 1/m: `G² l/k²`. Within a ply it is half over
 /// the distance.
 #[inline(always)]
-pub fn conductance_slope_across<R: Real>(conductance: R, conductivity: R, length_m: R::Constant) -> R {
+pub fn conductance_slope_across<R: Real>(conductance: R, conductivity: R, length_m: R) -> R {
     let share = conductance / conductivity;
     share * share * length_m
 }

@@ -6,8 +6,8 @@ use super::double_word::DoubleWord;
 use super::material::{ply_scale, state_scale};
 use super::state::{DarcyState, GasState, ReactionState, RunningSums, Scales, SensorState, Thermal};
 use super::surface_flux::face_scale;
+use crate::layout::{BoundaryForcing, Cell, PlanData, PlanRows};
 use crate::layout::{HEAT_TOTALS, Ply};
-use crate::layout::{PlanData, PlanRows};
 
 /// One member, or several in SIMD lanes. `GAS` is a constant: marches without gas are compiled apart, with enough
 /// registers.
@@ -21,6 +21,18 @@ pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) gas: GasState<R>,
     pub(super) darcy: DarcyState<R>,
     pub(super) sums: RunningSums<R>,
+}
+
+/// Width of the cell of a row, m.
+#[inline(always)]
+pub(super) fn width_m<R: Real>(cell: &Cell<R::Scalar>) -> R::Constant {
+    R::constant(cell.width_m)
+}
+
+/// Half the reciprocal distance from the node of the cell of a row to the next node of its ply, 1/m.
+#[inline(always)]
+pub(super) fn half_over_distance_1_m<R: Real>(cell: &Cell<R::Scalar>) -> R::Constant {
+    R::constant(cell.half_over_next_1_m)
 }
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
@@ -83,10 +95,10 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     #[inline(always)]
     pub(super) fn apply_held_faces(&mut self, step: usize) {
         let last = self.thermal.temperatures.len() - 1;
-        for (cell, face, drive) in [(0, 0, 4 * step), (last, 1, 4 * step + 2)] {
+        for (cell, face) in [(0, 0), (last, 1)] {
             let held = R::splat(self.rows.faces[face].held);
             let free = R::from_f64(1.0) - held;
-            let held_k = R::splat(self.rows.boundary_forcing[drive].held_k);
+            let held_k = R::splat(self.forcing(face, step, 0).held_k);
             let before = self.thermal.temperatures[cell];
             self.thermal.temperatures[cell] = DoubleWord::new(held * held_k + free * before.high, free * before.low());
         }
@@ -102,6 +114,32 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     #[inline(always)]
     pub(super) fn stage_temperature(&self, cell: usize, stage: usize) -> DoubleWord<R> {
         add_unnormalized(self.thermal.temperatures[cell], self.stage_increment(cell, stage))
+    }
+
+    /// Forcing of a face at the start of a step (`at` 0) or at its end (1).
+    #[inline(always)]
+    pub(super) fn forcing(&self, face: usize, step: usize, at: usize) -> BoundaryForcing<R::Scalar> {
+        self.rows.boundary_forcing[4 * step + 2 * face + at]
+    }
+
+    /// Width of a cell, m.
+    #[inline(always)]
+    pub(super) fn cell_width_m(&self, cell: usize) -> R::Constant {
+        width_m::<R>(&self.rows.cells[cell])
+    }
+
+    /// Distance from the node of a cell to the face below it, and from there to the next node, m.
+    #[inline(always)]
+    pub(super) fn lengths_to_next_m(&self, cell: usize) -> [R; 2] {
+        let cells = &self.rows.cells;
+        [R::splat(cells[cell].below_m), R::splat(cells[cell + 1].above_m)]
+    }
+
+    /// Distance from the node of a cell to the next node, m.
+    #[inline(always)]
+    pub(super) fn distance_to_next_m(&self, cell: usize) -> R {
+        let [below_m, above_m] = self.lengths_to_next_m(cell);
+        below_m + above_m
     }
 
     /// Length of a step, s. The step assembled after the last one, for its readings, is as long as the last.

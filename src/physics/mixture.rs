@@ -297,7 +297,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         if self.plan.gas == Some(GasTransport::Darcy) {
             return self.darcy.pressures[i].high;
         }
-        R::splat(self.rows.boundary_forcing[4 * step + stage].pressure_pa)
+        R::splat(self.forcing(0, step, stage).pressure_pa)
     }
 
     /// Position of a pressure among the levels of a ply, linear in its logarithm; at the end levels beyond them.

@@ -55,10 +55,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if stage == 0 {
             return;
         }
-        let step_length_s = R::constant(self.rows.step_lengths_s[step]);
+        let step_length_s = self.step_length_s(step);
         // No look-ahead at the end of the march.
         let is_last = step + 1 == self.plan.steps();
-        let next_s = if is_last { R::constant_from_f64(0.0) } else { R::constant(self.rows.step_lengths_s[step + 1]) };
+        let next_s = if is_last { R::constant_from_f64(0.0) } else { self.step_length_s(step + 1) };
         for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             let (first, end) = (ply.first_reaction as usize, ply.end_reaction as usize);
@@ -212,7 +212,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let gas_made = scale.loss * gas_sum;
         let heat_scale = if is_absolute { scale.pyrolysis_heat } else { scale.pyrolysis_heat * scale.loss };
         let heat_absorbed = heat_scale * heat_sum;
-        let flux_kg_m2_s = scale.mass_kg_m3 * R::constant(self.rows.cells[i].width_m) * inverse_step_1_s;
+        let flux_kg_m2_s = scale.mass_kg_m3 * self.cell_width_m(i) * inverse_step_1_s;
         let heat_released = opaque(opaque(gas_made * gas_j_kg - solid_released) - heat_absorbed);
         let heat_slope = flux_kg_m2_s * (heat_scale * slope_sum * (steepness_k * per_kelvin));
         self.store_stage_sources(

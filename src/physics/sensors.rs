@@ -4,7 +4,7 @@ use super::Real;
 use super::compensated::{add_unnormalized, difference};
 use super::double_word::DoubleWord;
 use super::material::{conductance_across, conductance_within};
-use super::member::Member;
+use super::member::{Member, half_over_distance_1_m};
 use super::thermocouple::{bead_response, covered_length, interface_temperature, peak_excess};
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
@@ -53,15 +53,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Slope of the temperature from a node to the next, K/m, and the distance between them, m.
     #[inline(always)]
     fn stretch(&self, i: usize) -> [R; 2] {
-        let (cells, temperatures) = (&self.rows.cells, &self.thermal.temperatures);
-        let length_m = R::splat(cells[i].below_m) + R::splat(cells[i + 1].above_m);
+        let temperatures = &self.thermal.temperatures;
+        let length_m = self.distance_to_next_m(i);
         [difference(temperatures[i + 1], temperatures[i]) / length_m, length_m]
     }
 
     /// Temperature at a sensor's nominal or shifted depth.
     #[inline(always)]
     fn read_face(&self, sensor: usize, step: usize) -> DoubleWord<R> {
-        let (location, cells) = (self.plan.sensor_locations[sensor], &self.rows.cells);
+        let location = self.plan.sensor_locations[sensor];
         let (i, ply) = (location.cell as usize, location.ply_above as usize);
         // A loop, for one copy of the code of mixtures: four were 28 % of a kernel with gas and derivatives.
         let mut conductivities = [R::from_f64(0.0); 2];
@@ -70,9 +70,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let [conductivity, next] = conductivities;
         let conductance = if location.ply_above == location.ply_below {
-            conductance_within(conductivity, next, R::constant(cells[i].half_over_next_1_m))
+            conductance_within(conductivity, next, half_over_distance_1_m::<R>(&self.rows.cells[i]))
         } else {
-            let (below_m, above_m) = (R::constant(cells[i].below_m), R::constant(cells[i + 1].above_m));
+            let [below_m, above_m] = self.lengths_to_next_m(i);
             conductance_across(conductivity, below_m, next, above_m, self.scales.contacts_m2_k_w[ply])
         };
         let (here, below) = (self.thermal.temperatures[i], self.thermal.temperatures[i + 1]);
@@ -89,8 +89,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// the temperature falls above and below the face (K/m), then from node to node in the direction of the shift.
     #[inline(always)]
     fn depth_correction(&self, sensor: usize, fall_above_k_m: R, fall_below_k_m: R) -> R {
-        let (location, sensor_row, cells) =
-            (self.plan.sensor_locations[sensor], self.rows.sensors[sensor], &self.rows.cells);
+        let (location, sensor_row) = (self.plan.sensor_locations[sensor], self.rows.sensors[sensor]);
         let zero = R::from_f64(0.0);
         let shift_m = self.scales.shifts_m[sensor];
         // On an outer face the node lies on the face, and all other nodes on one side.
@@ -102,7 +101,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         for step in 0..location.steps_below as usize {
             let j = location.node_below as usize + step;
-            let length_m = R::splat(cells[j].below_m) + R::splat(cells[j + 1].above_m);
+            let length_m = self.distance_to_next_m(j);
             let gain = difference(self.thermal.temperatures[j + 1], self.thermal.temperatures[j]) / length_m;
             rise = rise + gain * covered_length(shift_m, start_m, length_m, !is_inside && step == 0);
             start_m = start_m + length_m;
@@ -113,7 +112,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         for step in 0..location.steps_above as usize {
             let j = location.node_above as usize - step;
-            let length_m = R::splat(cells[j - 1].below_m) + R::splat(cells[j].above_m);
+            let length_m = self.distance_to_next_m(j - 1);
             let gain = difference(self.thermal.temperatures[j - 1], self.thermal.temperatures[j]) / length_m;
             rise = rise + gain * covered_length(-shift_m, start_m, length_m, !is_inside && step == 0);
             start_m = start_m + length_m;

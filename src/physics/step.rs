@@ -187,7 +187,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let (row, [by_cell, by_neighbour]) =
             (self.thermal.boundary_rows[face], self.thermal.face_conduction_slopes[face]);
         let implicit = row.slope * sum - (by_cell * sum - by_neighbour * neighbour_sum) * row.held;
-        let half_step_s = R::constant_from_f64(0.5) * R::constant(self.rows.step_lengths_s[step]);
+        let half_step_s = R::constant_from_f64(0.5) * self.step_length_s(step);
         let amount = (start + end + implicit) * half_step_s;
         let zero = R::from_f64(0.0);
         self.sums.heat[2 * face] = add_compensated(self.sums.heat[2 * face], amount.max(zero));

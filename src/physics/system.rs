@@ -7,7 +7,7 @@
 use super::GAMMA;
 use super::Real;
 use super::conduction::{InteriorFaceFlux, Node, no_flux};
-use super::member::Member;
+use super::member::{Member, half_over_distance_1_m};
 use super::pyrolysis::{DAMPING_SHARE, stiffness_damping};
 use super::state::{BoundaryRow, CellProperties, EliminatedRow};
 use super::surface_flux::SurfaceFlux;
@@ -107,20 +107,18 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Rise of a held face's temperature over a step, K.
     #[inline(always)]
     fn held_face_rise(&self, face: usize, step: usize) -> R::Constant {
-        let forcing = &self.rows.boundary_forcing;
-        R::constant(forcing[4 * step + 2 * face + 1].held_k) - R::constant(forcing[4 * step + 2 * face].held_k)
+        R::constant(self.forcing(face, step, 1).held_k) - R::constant(self.forcing(face, step, 0).held_k)
     }
 
     /// Boundary row of a face at a stage. The first stage evaluates γr: the change of the flux over the step by the
     /// schedules.
     #[inline(always)]
     pub(super) fn boundary_row(&self, face: usize, cell: usize, step: usize, stage: usize) -> BoundaryRow<R> {
-        let start = 4 * step + 2 * face;
         let surface = self.surface_state(face, cell, stage);
         // By the schedules at the stage and, at the first, at the end of the step; a loop, for one copy of the code.
         let mut fluxes = [SurfaceFlux { flux: R::from_f64(0.0), slope: R::from_f64(0.0) }; 2];
         for (at, flux) in fluxes.iter_mut().enumerate().skip(stage) {
-            *flux = self.open_face_flux(face, self.rows.boundary_forcing[start + at], surface);
+            *flux = self.open_face_flux(face, self.forcing(face, step, at), surface);
         }
         if stage == 1 {
             return BoundaryRow { flux: fluxes[1].flux, ..self.thermal.boundary_rows[face] };
@@ -286,7 +284,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let (here, next) = (nodes.node::<GAS>(0, stage), nodes.node::<GAS>(1, stage));
         let at = position(p.saturating_sub(1), cell);
         let below = if p == 0 {
-            let half_over_next_1_m = R::constant(nodes.cells[0].half_over_next_1_m);
+            let half_over_next_1_m = half_over_distance_1_m::<R>(&nodes.cells[0]);
             match self.integrates_conductivity(0) {
                 true => self.flux_within_ply::<true>(0, 0, here, next, half_over_next_1_m, step, stage),
                 false => self.flux_within_ply::<false>(0, 0, here, next, half_over_next_1_m, step, stage),
@@ -331,7 +329,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let i = after_first + after;
             let cell = cells.start + i;
             let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
-            let half_over_next_1_m = R::constant(nodes.cells[i].half_over_next_1_m);
+            let half_over_next_1_m = half_over_distance_1_m::<R>(&nodes.cells[i]);
             let below = self.flux_within_ply::<STEEP>(p, cell, here, next, half_over_next_1_m, step, 0);
             let at = Position { ply: p, cell, face: None };
             *row = self.first_stage_row(sweep, at, here, below, inverse_step_1_s, step);
@@ -353,7 +351,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let i = after_first + after;
             let cell = cells.start + i;
             let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
-            let half_over_next_1_m = R::constant(nodes.cells[i].half_over_next_1_m);
+            let half_over_next_1_m = half_over_distance_1_m::<R>(&nodes.cells[i]);
             let below = self.flux_within_ply::<STEEP>(p, cell, here, next, half_over_next_1_m, step, 1);
             let at = Position { ply: p, cell, face: None };
             row.rhs_or_increment = self.second_stage_row(sweep, at, here, below, *row, twice_inverse_step_1_s, step);

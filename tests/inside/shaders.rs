@@ -73,11 +73,11 @@ fn no_kernel_binds_more_uniform_buffers_than_lavapipe_compiles_correctly() {
                 let text = in_lanes(&case, precision, lanes);
                 assert!(uniform_buffers(&text) <= UNIFORM_BUFFERS, "{} in {precision:?} on {lanes} threads", case.id());
                 let more = text.replacen(
-                    "var<storage, read> contacts: array<real>",
-                    "var<uniform> contacts: array<vec4<real>, 2>",
+                    "var<storage, read> contacts_m2_k_w: array<real>",
+                    "var<uniform> contacts_m2_k_w: array<vec4<real>, 2>",
                     1,
                 );
-                let more = more.replace("contacts[p - 1u]", "contacts[p - 1u].x");
+                let more = more.replace("contacts_m2_k_w[p - 1u]", "contacts_m2_k_w[p - 1u].x");
                 assert!(uniform_buffers(&more) > UNIFORM_BUFFERS, "one more passed");
             }
         }
@@ -86,6 +86,7 @@ fn no_kernel_binds_more_uniform_buffers_than_lavapipe_compiles_correctly() {
 
 /// Functions that only one of two twins has, and why.
 const ONE_SIDED: &[(&str, &str, &str)] = &[
+    ("member", "width_m", "the processor reads slices of rows, to spare bounds checks; the device has `cell_width_m`"),
     ("member", "record", "the processor passes readings to its caller, the device writes them to a buffer"),
     ("member", "bead_temperature_k", "the host reads results with it; the device writes them to buffers"),
     ("tridiagonal", "factorise", "WGSL does not pass workgroup memory by reference: see the one of darcy_flow"),

@@ -202,9 +202,9 @@ fn upload_plan<W: DeviceScalar>(device: &Device, plan: &Plan, pipeline: &Pipelin
     let mut buffers = vec![
         (1, device.uniform("cells", &cells)?),
         (2, device.uniform("plan", &plan_bytes(plan, &rows))?),
-        (3, device.upload("contacts", &rows.contacts_m2_k_w)),
+        (3, device.upload("contacts_m2_k_w", &rows.contacts_m2_k_w)),
         (4, device.upload("boundary_forcing", &flat!(BoundaryForcing of rows.boundary_forcing))),
-        (5, device.upload("lengths", &rows.step_lengths_s)),
+        (5, device.upload("step_lengths_s", &rows.step_lengths_s)),
         (8, device.upload("beads", &flat!(Bead of rows.beads))),
         (9, device.upload("instants", &plan.rows.record_at_step)),
     ];

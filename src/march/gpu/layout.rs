@@ -98,15 +98,15 @@ uniform_rows! {
     tables: TableLocation["TABLES"] of plan.rows.tables,
     pressure_levels: PressureLevel["PRESSURE_LEVELS"] of rows.pressure_levels,
     pore_classes: PoreClass["PORE_CLASSES"] of rows.pore_classes,
-    bulks: BulkProperties["PLIES"] of rows.bulk_properties,
+    bulk_properties: BulkProperties["PLIES"] of rows.bulk_properties,
     faces: Face["2"] of rows.faces,
-    scalings: FaceColumns["2"] of plan.rows.face_columns,
+    face_columns: FaceColumns["2"] of plan.rows.face_columns,
     sensors: Sensor["SENSORS"] of rows.sensors,
-    places: SensorLocation["SENSORS"] of plan.rows.sensor_locations,
-    substances: StateProperties["SUBSTANCES"] of rows.state_properties,
-    conductions: ConductivityColumns["SUBSTANCES"] of plan.rows.conductivity_columns,
-    reactions: Reaction["PATHS"] of rows.reactions,
-    paths: ReactionPath["PATHS"] of plan.rows.reaction_paths,
+    sensor_locations: SensorLocation["SENSORS"] of plan.rows.sensor_locations,
+    state_properties: StateProperties["STATE_ROWS"] of rows.state_properties,
+    conductivity_columns: ConductivityColumns["STATE_ROWS"] of plan.rows.conductivity_columns,
+    reactions: Reaction["REACTION_ROWS"] of rows.reactions,
+    reaction_paths: ReactionPath["REACTION_ROWS"] of plan.rows.reaction_paths,
 }
 
 /// WGSL struct of a row. Rows are aligned to 16 bytes, as uniform arrays require.
@@ -168,7 +168,7 @@ mod tests {
                 assert!(!has_host_layout::<f64>(&plan, &source(Precision::F32)), "{id}: the other precision passed");
                 for (from, to) in [
                     ("    end_step: u32,", "    @align(16) end_step: u32,"),
-                    ("    bulks: array", "    @size(4096) bulks: array"),
+                    ("    bulk_properties: array", "    @size(4096) bulk_properties: array"),
                     ("    @align(16) start: real,", "    @align(16) unused: real,\n    start: real,"),
                 ] {
                     let altered = source(Precision::F32).replacen(from, to, 1);
