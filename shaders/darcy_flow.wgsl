@@ -168,16 +168,11 @@ fn substitute() {
     }
 }
 
-fn advance_pressures(step: u32) {
-    let gamma = real(PRESSURE_GAMMA);
+fn update_gas_supply(step: u32) {
     let inverse_step_1_s = 1.0 / step_length_s(step);
-    let open = array<real, 2>(1.0, select(real(0.0), real(1.0), BACK_IS_OPEN));
-    for (var i = first_cell(); i < end_cell(); i++) {
-        first_pressure_increments[i] = 0.0;
-    }
-    let step_length_s = step_length_s(step);
+    let length_s = step_length_s(step);
     let before_s = step_length_s(max(step, 1u) - 1u);
-    let share = (gamma - 0.5) * 2.0 * step_length_s / (step_length_s + before_s);
+    let share = (real(PRESSURE_GAMMA) - 0.5) * 2.0 * length_s / (length_s + before_s);
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
             pores_at_end[i] = pore_state(p, i, 1u);
@@ -187,6 +182,16 @@ fn advance_pressures(step: u32) {
             supply[i] = next;
         }
     }
+}
+
+fn advance_pressures(step: u32) {
+    let gamma = real(PRESSURE_GAMMA);
+    let inverse_step_1_s = 1.0 / step_length_s(step);
+    let open = array<real, 2>(1.0, select(real(0.0), real(1.0), BACK_IS_OPEN));
+    for (var i = first_cell(); i < end_cell(); i++) {
+        first_pressure_increments[i] = 0.0;
+    }
+    update_gas_supply(step);
     synchronize();
     var slope_above = real(0.0);
     var slope_below = real(0.0);

@@ -48,6 +48,26 @@ fn advance_reactions(step: u32, stage: u32) {
     }
 }
 
+fn midpoint_enthalpies(p: u32, i: u32, rise_k: real) -> Phases {
+    let ply = plan.plies[p];
+    var enthalpies_j_kg: Phases;
+    var risen_j_kg = enthalpy_rises[i * STATES][0] + enthalpy_rises[i * STATES][1] * rise_k;
+    for (var state = 0u; state < ply.states; state++) {
+        if state > 0u && ply.rows > 1u {
+            risen_j_kg = enthalpy_rises[i * STATES + state][0] + enthalpy_rises[i * STATES + state][1] * rise_k;
+        }
+        enthalpies_j_kg[state] = state_enthalpy(p, state, risen_j_kg);
+    }
+    return enthalpies_j_kg;
+}
+
+fn store_phases(p: u32, i: u32, second_stage: Phases, first_stage: Phases) {
+    for (var state = 0u; state < plan.plies[p].states; state++) {
+        first_stage_phases[i * STATES + state] = first_stage[state];
+        second_stage_phases[i * STATES + state] = second_stage[state];
+    }
+}
+
 fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
     let scale = ply_scales[p];
     let ply = plan.plies[p];
@@ -55,14 +75,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
     let temperature_k = temperatures[i].high + rise_k;
     let gas_here_j_kg = gas_enthalpy_j_kg[i] + gas_heat_capacities[i] * rise_k;
     let is_absolute = plan.bulk_properties[p].absolute == 1.0;
-    var state_enthalpies: Phases;
-    var risen_j_kg = enthalpy_rises[i * STATES][0] + enthalpy_rises[i * STATES][1] * rise_k;
-    for (var state = 0u; state < ply.states; state++) {
-        if state > 0u && ply.rows > 1u {
-            risen_j_kg = enthalpy_rises[i * STATES + state][0] + enthalpy_rises[i * STATES + state][1] * rise_k;
-        }
-        state_enthalpies[state] = state_enthalpy(p, state, risen_j_kg);
-    }
+    let state_enthalpies = midpoint_enthalpies(p, i, rise_k);
     let per_kelvin = 1.0 / temperature_k;
     let inverse_step_1_s = 1.0 / step_length_s;
     let growth = next_s * inverse_step_1_s;
@@ -134,10 +147,7 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
         second_stage = transfer_volume(second_stage, path, second_moved);
         first_stage = transfer_volume(first_stage, path, first_moved);
     }
-    for (var state = 0u; state < ply.states; state++) {
-        first_stage_phases[i * STATES + state] = first_stage[state];
-        second_stage_phases[i * STATES + state] = second_stage[state];
-    }
+    store_phases(p, i, second_stage, first_stage);
     let gas_made = scale.loss * gas_sum;
     var heat_scale = scale.pyrolysis_heat;
     if !is_absolute {

@@ -19,12 +19,7 @@ fn advance(step: u32) {
         for (var face = 0u; face < run.open_faces; face++) {
             boundary_rows[face] = boundary_row(face, face * run.last_cell, step, stage);
         }
-        var holder_heat = real(0.0);
-        if stage == 0u {
-            holder_heat = assemble_first_stage(step);
-        } else {
-            holder_heat = assemble_second_stage(step);
-        }
+        var holder_heat = assemble_stage(step, stage);
         var face_heat = array<real, 2>(
             face_heat_flux(0u, 0u, step, stage),
             face_heat_flux(1u, run.last_cell, step, stage),
@@ -47,7 +42,7 @@ fn advance(step: u32) {
                 for (var reduction = 0u; reduction < run.reductions; reduction++) {
                     reduce_capacities(reduction);
                     synchronize();
-                    holder_heat = assemble_first_stage(step);
+                    holder_heat = assemble_stage(step, 0u);
                     solve_first_increments();
                 }
                 rise_by_increments();

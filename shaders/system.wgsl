@@ -229,54 +229,44 @@ fn second_stage_row(
     return next;
 }
 
-fn assemble_first_stage(step: u32) -> real {
-    let inverse_step_1_s = 1.0 / step_length_s(step);
-    var sweep = forward_sweep();
-    var here: Node;
-    for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
-        let start = max(plan.plies[p].first_cell, first_halo_cell());
-        let end = min(plan.plies[p].end_cell, end_halo_cell());
-        let ply = ply_properties(p);
-        let entry = node(p, ply, start, 0u);
-        if start > first_halo_cell() {
-            let below = flux_across_interface(p, here, entry, 0u);
-            sweep = first_stage_row(sweep, position(p - 1u, start - 1u), here, below, inverse_step_1_s, step);
-        }
-        here = entry;
-        for (var i = start + 1u; i < end; i++) {
-            let next = node(p, ply, i, 0u);
-            let below = flux_within_ply(p, i - 1u, here, next, step, 0u);
-            sweep = first_stage_row(sweep, position(p, i - 1u), here, below, inverse_step_1_s, step);
-            here = next;
-        }
+// `rate_1_s`: the reciprocal length of the step, twice that at the second stage.
+fn eliminate_stage_row(
+    above: ForwardSweep,
+    at: Position,
+    here: Node,
+    below: InteriorFaceFlux,
+    rate_1_s: real,
+    step: u32,
+    stage: u32,
+) -> ForwardSweep {
+    if stage == 0u {
+        return first_stage_row(above, at, here, below, rate_1_s, step);
     }
-    let last = Position(PLIES - 1u, run.last_cell, 1u);
-    sweep = first_stage_row(sweep, last, here, no_flux(), inverse_step_1_s, step);
-    return sweep.from_holder;
+    return second_stage_row(above, at, here, below, rate_1_s, step);
 }
 
-fn assemble_second_stage(step: u32) -> real {
-    let twice_inverse_step_1_s = 2.0 / step_length_s(step);
+fn assemble_stage(step: u32, stage: u32) -> real {
+    let rate_1_s = select(real(2.0), real(1.0), stage == 0u) / step_length_s(step);
     var sweep = forward_sweep();
     var here: Node;
     for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
         let start = max(plan.plies[p].first_cell, first_halo_cell());
         let end = min(plan.plies[p].end_cell, end_halo_cell());
         let ply = ply_properties(p);
-        let entry = node(p, ply, start, 1u);
+        let entry = node(p, ply, start, stage);
         if start > first_halo_cell() {
-            let below = flux_across_interface(p, here, entry, 1u);
-            sweep = second_stage_row(sweep, position(p - 1u, start - 1u), here, below, twice_inverse_step_1_s, step);
+            let below = flux_across_interface(p, here, entry, stage);
+            sweep = eliminate_stage_row(sweep, position(p - 1u, start - 1u), here, below, rate_1_s, step, stage);
         }
         here = entry;
         for (var i = start + 1u; i < end; i++) {
-            let next = node(p, ply, i, 1u);
-            let below = flux_within_ply(p, i - 1u, here, next, step, 1u);
-            sweep = second_stage_row(sweep, position(p, i - 1u), here, below, twice_inverse_step_1_s, step);
+            let next = node(p, ply, i, stage);
+            let below = flux_within_ply(p, i - 1u, here, next, step, stage);
+            sweep = eliminate_stage_row(sweep, position(p, i - 1u), here, below, rate_1_s, step, stage);
             here = next;
         }
     }
     let last = Position(PLIES - 1u, run.last_cell, 1u);
-    sweep = second_stage_row(sweep, last, here, no_flux(), twice_inverse_step_1_s, step);
+    sweep = eliminate_stage_row(sweep, last, here, no_flux(), rate_1_s, step, stage);
     return sweep.from_holder;
 }

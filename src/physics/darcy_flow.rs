@@ -176,6 +176,27 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         add_unnormalized(self.darcy.pressures[cell], self.darcy.first_pressure_increments[cell])
     }
 
+    /// Updates the pores at the end of a step, and the gas that each cell supplies: source less thermal expansion.
+    #[inline(always)]
+    fn update_gas_supply(&mut self, step: usize) {
+        let inverse_step_1_s = R::constant_from_f64(1.0) / self.step_length_s(step);
+        let length_s = self.step_length_s(step);
+        let before_s = self.step_length_s(step.max(1) - 1);
+        let share =
+            (R::constant_from_f64(PRESSURE_GAMMA) - R::constant_from_f64(0.5)) * R::constant_from_f64(2.0) * length_s
+                / (length_s + before_s);
+        for p in 0..self.scales.plies.len() {
+            let ply = self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                self.darcy.pores_at_end[i] = self.pore_state(p, i, 1);
+                let expansion = (self.darcy.pores_at_end[i].storage - self.darcy.pores[i].storage) * inverse_step_1_s;
+                let supply = self.reactions.sources[i].mean_gas - self.darcy.pressures[i].high * expansion;
+                self.darcy.source_corrections[i] = (supply - self.darcy.supply[i]) * share;
+                self.darcy.supply[i] = supply;
+            }
+        }
+    }
+
     /// Advances the pressures by a step, with the predicted end temperatures, and evaluates the mean mass fluxes.
     #[inline(always)]
     fn advance_pressures(&mut self, step: usize) {
@@ -187,23 +208,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for i in 0..=last {
             self.darcy.first_pressure_increments[i] = zero;
         }
-        let step_length_s = self.step_length_s(step);
-        let before_s = self.step_length_s(step.max(1) - 1);
-        let share = (R::constant_from_f64(PRESSURE_GAMMA) - R::constant_from_f64(0.5))
-            * R::constant_from_f64(2.0)
-            * step_length_s
-            / (step_length_s + before_s);
-        // `pores_at_end`: pores of the second stage. `supply`: gas source less thermal expansion.
-        for p in 0..self.scales.plies.len() {
-            let ply = self.plan.plies[p];
-            for i in ply.first_cell as usize..ply.end_cell as usize {
-                self.darcy.pores_at_end[i] = self.pore_state(p, i, 1);
-                let expansion = (self.darcy.pores_at_end[i].storage - self.darcy.pores[i].storage) * inverse_step_1_s;
-                let supply = self.reactions.sources[i].mean_gas - self.darcy.pressures[i].high * expansion;
-                self.darcy.source_corrections[i] = (supply - self.darcy.supply[i]) * share;
-                self.darcy.supply[i] = supply;
-            }
-        }
+        self.update_gas_supply(step);
         let mut slope_above = zero;
         let mut slope_below = zero;
         let mut above = zero;

@@ -109,9 +109,42 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
+    /// Enthalpies of the states of a cell's ply at the midpoint of a step, J/kg, extrapolated from the start, which keeps
+    /// the order and needs no table read.
+    #[inline(always)]
+    fn midpoint_enthalpies(&self, p: usize, i: usize, rise_k: R) -> [R; MAX_STATES] {
+        let (ply, states) = (&self.plan.plies[p], self.plan.max_states);
+        let rises = &self.reactions.enthalpy_rises[i * states..(i + 1) * states];
+        let mut enthalpies_j_kg = [R::from_f64(0.0); MAX_STATES];
+        let mut risen_j_kg = rises[0][0] + rises[0][1] * rise_k;
+        for state in 0..MAX_STATES {
+            if state < ply.states as usize {
+                if state > 0 && ply.rows > 1 {
+                    risen_j_kg = rises[state][0] + rises[state][1] * rise_k;
+                }
+                enthalpies_j_kg[state] = self.state_enthalpy(p, state, risen_j_kg);
+            }
+        }
+        enthalpies_j_kg
+    }
+
+    /// Stores the composition of a cell for the second stage of a step and for the first of the next.
+    #[inline(always)]
+    fn store_phases(&mut self, p: usize, i: usize, second_stage: [R; MAX_STATES], first_stage: [R; MAX_STATES]) {
+        let (ply, states) = (&self.plan.plies[p], self.plan.max_states);
+        let [first_phases, second_phases] = &mut self.reactions.phases;
+        let first_phases = &mut first_phases[i * states..(i + 1) * states];
+        let second_phases = &mut second_phases[i * states..(i + 1) * states];
+        for state in 0..MAX_STATES {
+            if state < ply.states as usize {
+                first_phases[state] = first_stage[state];
+                second_phases[state] = second_stage[state];
+            }
+        }
+    }
+
     /// Reactions of a cell over a step, and its composition for the second stage of this step and the first of the
-    /// next. Midpoint enthalpies are extrapolated from the start, which keeps the order and needs no table read. What
-    /// all reactions have in common multiplies their sums.
+    /// next. What all reactions have in common multiplies their sums.
     #[inline(always)]
     fn advance_cell_reactions(
         &mut self,
@@ -122,21 +155,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         next_s: R::Constant,
     ) {
         let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
-        let (scale, ply, states) = (&self.scales.plies[p], &self.plan.plies[p], self.plan.max_states);
+        let (scale, ply) = (self.scales.plies[p], &self.plan.plies[p]);
         let rise_k = self.thermal.first_increments[i] * R::constant_from_f64(0.5);
         let gas_j_kg = self.gas.enthalpies_j_kg[i] + self.gas.heat_capacities[i] * rise_k;
         let is_absolute = self.rows.bulk_properties[p].absolute == R::scalar(1.0);
-        let rises = &self.reactions.enthalpy_rises[i * states..(i + 1) * states];
-        let mut state_enthalpies = [zero; MAX_STATES];
-        let mut risen_j_kg = rises[0][0] + rises[0][1] * rise_k;
-        for state in 0..MAX_STATES {
-            if state < ply.states as usize {
-                if state > 0 && ply.rows > 1 {
-                    risen_j_kg = rises[state][0] + rises[state][1] * rise_k;
-                }
-                state_enthalpies[state] = self.state_enthalpy(p, state, risen_j_kg);
-            }
-        }
+        let state_enthalpies = self.midpoint_enthalpies(p, i, rise_k);
         let per_kelvin = self.reactions.per_kelvin[i];
         let inverse_step_1_s = R::constant_from_f64(1.0) / step_length_s;
         let step_ratio = next_s * inverse_step_1_s;
@@ -200,15 +223,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             second_stage = transfer_volume(second_stage, path, second_moved);
             first_stage = transfer_volume(first_stage, path, first_moved);
         }
-        let [first_phases, second_phases] = &mut self.reactions.phases;
-        let first_phases = &mut first_phases[i * states..(i + 1) * states];
-        let second_phases = &mut second_phases[i * states..(i + 1) * states];
-        for state in 0..MAX_STATES {
-            if state < ply.states as usize {
-                first_phases[state] = first_stage[state];
-                second_phases[state] = second_stage[state];
-            }
-        }
+        self.store_phases(p, i, second_stage, first_stage);
         let gas_made = scale.loss * gas_sum;
         let heat_scale = if is_absolute { scale.pyrolysis_heat } else { scale.pyrolysis_heat * scale.loss };
         let heat_absorbed = heat_scale * heat_sum;

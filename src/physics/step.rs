@@ -75,7 +75,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             for reduction in 0..=CAPACITY_REDUCTIONS {
                 let holder_heat =
-                    if stage == 0 { self.assemble_first_stage(step) } else { self.assemble_second_stage(step) };
+                    if stage == 0 { self.assemble_stage::<0>(step) } else { self.assemble_stage::<1>(step) };
                 let mut face_heat = [self.face_heat_flux(0, 0, step, stage), self.face_heat_flux(1, last, step, stage)];
                 if GAS && reduction == 0 {
                     let drawn = self.gas_heat_outflow(step, stage);

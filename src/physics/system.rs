@@ -311,98 +311,75 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.plan.tables[p].conductivity_integral > 0
     }
 
-    /// [`assemble_first_stage`](Self::assemble_first_stage) of the cells of a ply after the first `after_first`, but
-    /// the last. A copy for each kind of conductivity: the rare one would spill registers of the other.
+    /// Eliminates the row of a cell at a stage: the matrix and the right-hand side at the first, the right-hand side at
+    /// the second. `rate_1_s`: the reciprocal length of the step, twice that at the second stage.
     #[inline(always)]
-    fn first_stage_within<const STEEP: bool>(
+    #[expect(clippy::too_many_arguments, reason = "as its WGSL twin")]
+    fn eliminate_stage_row<const STAGE: usize>(
+        &self,
+        row: &mut EliminatedRow<R>,
+        sweep: &mut ForwardSweep<R>,
+        at: Position,
+        here: Node<R>,
+        below: InteriorFaceFlux<R>,
+        rate_1_s: R::Constant,
+        step: usize,
+    ) {
+        if STAGE == 0 {
+            *row = self.first_stage_row(sweep, at, here, below, rate_1_s, step);
+        } else {
+            row.rhs_or_increment = self.second_stage_row(sweep, at, here, below, *row, rate_1_s, step);
+        }
+    }
+
+    /// [`assemble_stage`](Self::assemble_stage) of the cells of a ply after the first `after_first`, but the last. A
+    /// copy for each kind of conductivity: the rare one would spill registers of the other.
+    #[inline(always)]
+    fn assemble_within<const STAGE: usize, const STEEP: bool>(
         &self,
         rows: &mut [EliminatedRow<R>],
         sweep: &mut ForwardSweep<R>,
         (p, cells, after_first): (usize, Range<usize>, usize),
+        rate_1_s: R::Constant,
         step: usize,
     ) {
-        let inverse_step_1_s = R::constant_from_f64(1.0) / self.step_length_s(step);
         let nodes = self.node_columns(cells.clone());
         // Both nodes are read anew in each turn: carrying one over would spill the registers of the pivot, which is the
         // critical path.
         for (after, row) in rows[..cells.len() - 1][after_first..].iter_mut().enumerate() {
             let i = after_first + after;
             let cell = cells.start + i;
-            let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
+            let (here, next) = (nodes.node::<GAS>(i, STAGE), nodes.node::<GAS>(i + 1, STAGE));
             let half_over_next_1_m = half_over_distance_1_m::<R>(&nodes.cells[i]);
-            let below = self.flux_within_ply::<STEEP>(p, cell, here, next, half_over_next_1_m, step, 0);
+            let below = self.flux_within_ply::<STEEP>(p, cell, here, next, half_over_next_1_m, step, STAGE);
             let at = Position { ply: p, cell, face: None };
-            *row = self.first_stage_row(sweep, at, here, below, inverse_step_1_s, step);
+            self.eliminate_stage_row::<STAGE>(row, sweep, at, here, below, rate_1_s, step);
         }
     }
 
-    /// The same of the second stage.
+    /// Assembles the system of a stage and eliminates its right-hand side; the first stage factors the matrix of both.
+    /// Returns the heat that all cells take from the holder, W/m².
     #[inline(always)]
-    fn second_stage_within<const STEEP: bool>(
-        &self,
-        rows: &mut [EliminatedRow<R>],
-        sweep: &mut ForwardSweep<R>,
-        (p, cells, after_first): (usize, Range<usize>, usize),
-        step: usize,
-    ) {
-        let twice_inverse_step_1_s = R::constant_from_f64(2.0) / self.step_length_s(step);
-        let nodes = self.node_columns(cells.clone());
-        for (after, row) in rows[..cells.len() - 1][after_first..].iter_mut().enumerate() {
-            let i = after_first + after;
-            let cell = cells.start + i;
-            let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
-            let half_over_next_1_m = half_over_distance_1_m::<R>(&nodes.cells[i]);
-            let below = self.flux_within_ply::<STEEP>(p, cell, here, next, half_over_next_1_m, step, 1);
-            let at = Position { ply: p, cell, face: None };
-            row.rhs_or_increment = self.second_stage_row(sweep, at, here, below, *row, twice_inverse_step_1_s, step);
-        }
-    }
-
-    /// Assembles and factors the system of both stages, and eliminates the right-hand side of the first. Returns the
-    /// heat that all cells take from the holder, W/m².
-    #[inline(always)]
-    pub(super) fn assemble_first_stage(&mut self, step: usize) -> R {
-        let inverse_step_1_s = R::constant_from_f64(1.0) / self.step_length_s(step);
+    pub(super) fn assemble_stage<const STAGE: usize>(&mut self, step: usize) -> R {
+        let rate_1_s = R::constant_from_f64(if STAGE == 0 { 1.0 } else { 2.0 }) / self.step_length_s(step);
         let mut sweep = forward_sweep();
         let mut system = std::mem::take(&mut self.thermal.system);
         for p in 0..=self.scales.plies.len() {
-            if let Some((at, here, below)) = self.node_above(p, step, 0) {
-                system[at.cell] = self.first_stage_row(&mut sweep, at, here, below, inverse_step_1_s, step);
+            if let Some((at, here, below)) = self.node_above(p, step, STAGE) {
+                self.eliminate_stage_row::<STAGE>(&mut system[at.cell], &mut sweep, at, here, below, rate_1_s, step);
             }
             let Some((cells, after_first)) = self.links_within(p) else { break };
-            let rows = &mut system[cells.clone()];
+            let (rows, within) = (&mut system[cells.clone()], (p, cells, after_first));
             match self.integrates_conductivity(p) {
-                true => self.first_stage_within::<true>(rows, &mut sweep, (p, cells, after_first), step),
-                false => self.first_stage_within::<false>(rows, &mut sweep, (p, cells, after_first), step),
-            }
-        }
-        self.thermal.system = system;
-        (self.thermal.face_conduction, self.thermal.face_conduction_slopes) =
-            (sweep.face_conduction, sweep.face_conduction_slopes);
-        sweep.from_holder
-    }
-
-    /// Eliminates the right-hand side of the second stage. Returns the heat that all cells take from the holder, W/m².
-    #[inline(always)]
-    pub(super) fn assemble_second_stage(&mut self, step: usize) -> R {
-        let twice_inverse_step_1_s = R::constant_from_f64(2.0) / self.step_length_s(step);
-        let mut sweep = forward_sweep();
-        let mut system = std::mem::take(&mut self.thermal.system);
-        for p in 0..=self.scales.plies.len() {
-            if let Some((at, here, below)) = self.node_above(p, step, 1) {
-                let row = system[at.cell];
-                system[at.cell].rhs_or_increment =
-                    self.second_stage_row(&mut sweep, at, here, below, row, twice_inverse_step_1_s, step);
-            }
-            let Some((cells, after_first)) = self.links_within(p) else { break };
-            let rows = &mut system[cells.clone()];
-            match self.integrates_conductivity(p) {
-                true => self.second_stage_within::<true>(rows, &mut sweep, (p, cells, after_first), step),
-                false => self.second_stage_within::<false>(rows, &mut sweep, (p, cells, after_first), step),
+                true => self.assemble_within::<STAGE, true>(rows, &mut sweep, within, rate_1_s, step),
+                false => self.assemble_within::<STAGE, false>(rows, &mut sweep, within, rate_1_s, step),
             }
         }
         self.thermal.system = system;
         self.thermal.face_conduction = sweep.face_conduction;
+        if STAGE == 0 {
+            self.thermal.face_conduction_slopes = sweep.face_conduction_slopes;
+        }
         sweep.from_holder
     }
 }

@@ -1,7 +1,8 @@
 //! Devices, the material database and the verification suite.
 
-use super::{CASE, run, run_without_vulkan};
+use super::{CASE, command, run, run_without_vulkan, wait_for};
 use crate::support::Scratch;
+use std::path::PathBuf;
 
 #[test]
 fn a_missing_gpu_is_exit_3_and_names_the_package() {
@@ -45,6 +46,28 @@ fn gpu_and_cpu_peaks_agree() {
         |line: &str| run(&scratch, line).succeeded().json()["sensors"]["TC2"]["peak_k"].as_f64().expect("a peak");
     let (cpu, gpu) = (peak("predict c --json --backend cpu"), peak("predict c --json --backend gpu"));
     assert!((cpu - gpu).abs() < 1e-3 && cpu > 900.0, "{cpu} K and {gpu} K");
+}
+
+#[test]
+fn the_source_of_each_kernel_is_written_into_the_folder_of_the_environment() {
+    let scratch = Scratch::new("kernels");
+    scratch.write("c/case.toml", CASE);
+    let with_folder = |folder: &str| {
+        let mut command = command(&scratch);
+        wait_for(command.env("BONDLINE_KERNELS", folder).args(["predict", "c", "--backend", "gpu", "--quiet"]))
+    };
+    let kernels = || {
+        let files = scratch.files().into_iter().filter(|file| file.extension().is_some_and(|kind| kind == "wgsl"));
+        files.collect::<Vec<_>>()
+    };
+    with_folder("kernels").succeeded();
+    let written = kernels();
+    let has_march =
+        |file: &PathBuf| std::fs::read_to_string(scratch.path().join(file)).expect("a text").contains("fn march(");
+    assert!(written.iter().any(has_march), "no march in {written:?}");
+    run(&scratch, "predict c --backend gpu --quiet").succeeded();
+    assert_eq!(kernels(), written);
+    with_folder("c/case.toml").exited_with(3).with_stderr(&["BONDLINE_KERNELS: c/case.toml/", "cannot be written"]);
 }
 
 #[test]

@@ -13,6 +13,8 @@ use crate::user_cache;
 use bytemuck::Pod;
 #[cfg(test)]
 use injection::Injection;
+use std::env;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
@@ -20,6 +22,9 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 /// Remedy where no driver is found.
 const REMEDY: &str = "install a Vulkan driver: a vendor's for its hardware, or the software rasteriser \
                       (Debian, Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
+
+/// The variable that names a folder for the source of every kernel, to which messages of compilers refer.
+const KERNEL_FOLDER: &str = "BONDLINE_KERNELS";
 
 /// Most bytes of the private variables of a thread on hardware, which Vulkan does not tell. Drivers reserve them for
 /// every thread that can be resident: on an H200, 132 multiprocessors of 2,048 threads, in at most 4 GiB. There 15,840
@@ -312,11 +317,20 @@ impl Device {
         MarchError::Device { device: self.name.clone(), message: message.to_string() }
     }
 
-    /// Parse and validate the part of a kernel's source that it uses.
+    /// Parse and validate the part of a kernel's source that it uses. The folder of [`KERNEL_FOLDER`], if it is set,
+    /// gets the source.
     ///
     /// # Errors
-    /// When the source does not compile, with the compiler's excerpt.
+    /// When the source does not compile, with the compiler's excerpt, or cannot be written.
     pub(crate) fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
+        if let Some(folder) = env::var_os(KERNEL_FOLDER) {
+            let mut hasher = DefaultHasher::new();
+            text.hash(&mut hasher);
+            let file = Path::new(&folder).join(format!("{:016x}.wgsl", hasher.finish()));
+            let written = user_cache::replace(&file, text.as_bytes());
+            written
+                .map_err(|why| self.error(format!("{KERNEL_FOLDER}: {} cannot be written: {why}", file.display())))?;
+        }
         Kernel::parse_used(text).map_err(|why| self.error(why))
     }
 

@@ -4,6 +4,7 @@ mod cooperative;
 mod differentiated;
 mod every_call;
 mod faults;
+mod loop_turns;
 mod mutants;
 mod mutation;
 mod probes;

@@ -28,7 +28,7 @@ output_interval = "1 s""#;
 
 /// Cases that together take every branch of the physics: name and text. Those that detect the most mutants come first,
 /// as a case is not compiled for mutants that are already detected.
-const CASES: &[(&str, &str)] = &[
+pub(super) const CASES: &[(&str, &str)] = &[
     ("quasi-steady gas with blowing", QUASI_STEADY),
     ("held faces, holder, changing pressure", HELD),
     ("Darcy flow, absolute enthalpies", ABSOLUTE),
@@ -492,24 +492,24 @@ fn numbers(all: &Traces) -> (Vec<f64>, &[MemberStatus]) {
 }
 
 /// Members of each march.
-const MEMBERS: usize = 4;
+pub(super) const MEMBERS: usize = 4;
 /// Steps a dispatch: few, so that the state is saved and loaded in between.
-const STRIDE: u32 = 7;
+pub(super) const STRIDE: u32 = 7;
 /// Threads a member in cooperative kernels: twelve cells are four blocks of three, and one thread is idle.
-const THREADS: u32 = 5;
+pub(super) const THREADS: u32 = 5;
 /// Allowed difference of a cooperative kernel in double precision, relative to one plus the number: rounding by another
 /// order of elimination.
 const ROUNDING: f64 = 1e-9;
 
 /// The cases as targets of mutants, one thread a member.
 pub(super) fn all_targets(device: &Device, precision: Precision) -> Vec<Target> {
-    CASES.iter().map(|case| in_precision(device, case, precision, 1)).collect()
+    CASES.iter().map(|case| target(device, case, precision, 1)).collect()
 }
 
 /// A case without gas, quasi-steady gas and Darcy flow.
 pub(super) fn some_targets(device: &Device, precision: Precision) -> Vec<Target> {
     let chosen = CASES.iter().filter(|(_, text)| [INERT, QUASI_STEADY, ABSOLUTE].contains(text));
-    chosen.map(|case| in_precision(device, case, precision, 1)).collect()
+    chosen.map(|case| target(device, case, precision, 1)).collect()
 }
 
 /// Cooperative targets: a holder and quasi-steady gas, and Darcy flow of air and of pyrolysis gas, whose kernels
@@ -520,72 +520,100 @@ pub(super) fn cooperative_targets(device: &Device) -> Vec<Target> {
 
 fn of_cooperative(device: &Device, texts: &[&str]) -> Vec<Target> {
     let chosen = CASES.iter().filter(|(_, text)| texts.contains(text));
-    chosen.map(|case| in_precision(device, case, Precision::F64, THREADS)).collect()
+    chosen.map(|case| target(device, case, Precision::F64, THREADS)).collect()
 }
 
-fn in_precision(device: &Device, (name, text): &(&str, &str), precision: Precision, lanes: u32) -> Target {
-    match precision {
-        Precision::F32 => target::<f32>(device, name, text, precision, lanes),
-        Precision::F64 => target::<f64>(device, name, text, precision, lanes),
+/// Members of a case that a device marches in dispatches of a few steps.
+pub(super) struct ShortMarch {
+    device: Device,
+    pub(super) plan: Plan,
+    drawn: Ensemble,
+    /// The factor of the heating, which makes the last member diverge.
+    heating: Option<usize>,
+    precision: Precision,
+    threads: u32,
+    cells: usize,
+    reads_texels: bool,
+}
+
+impl ShortMarch {
+    pub(super) fn new(device: &Device, text: &str, precision: Precision, threads: u32) -> Self {
+        let case = case(text);
+        let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
+        let drawn = Ensemble::sample(&case.factors, Bounds::Large, &sampling, MEMBERS);
+        let heating = case.factors.iter().position(|factor| factor.property == Property::Heating);
+        let mut plan = Plan::new(&case);
+        // An added factor, which scales nothing, holds the number of the mutant.
+        plan.rows.factors += 1;
+        let cells = if device.checks { plan.cells() } else { shader::column_cells(&plan, usize::MAX, threads) };
+        let mut device = device.clone();
+        // A software device would take dispatches as long as possible.
+        device.is_software = false;
+        Self { device, plan, drawn, heating, precision, threads, cells, reads_texels: precision == Precision::F32 }
+    }
+
+    /// The kernel, with a variable that holds the number of the mutant.
+    pub(super) fn source(&self) -> String {
+        let plan = &self.plan;
+        let kernel = shader::column_lengths(plan, self.cells, self.threads)
+            + &shader::source_without_lengths(plan, self.precision, self.reads_texels, self.threads, shader::MARCH);
+        let (entry, mutant) = ("    let own_member = member_of(", mutants::VARIABLE);
+        assert!(kernel.contains(entry), "the kernel has the entry point of the march");
+        let row = plan.rows.factors - 1;
+        let kernel = kernel.replacen(entry, &format!("    {mutant} = u32(factors[{row}u * run.members]);\n{entry}"), 1);
+        format!("{kernel}var<private> {mutant}: u32;\n")
+    }
+
+    fn ensemble(&self, mutant: u32) -> Ensemble {
+        let members = (0..MEMBERS).flat_map(|member| {
+            let mut factors = [self.drawn.member(member), vec![mutant.into()]].concat();
+            // The last member diverges, if anything heats it.
+            self.heating.filter(|_| member + 1 == MEMBERS).into_iter().for_each(|heating| factors[heating] = 1e6);
+            factors
+        });
+        Ensemble::from_values(self.plan.rows.factors, members.collect())
+    }
+
+    /// The results of a pipeline; `None` if a dispatch is cut short.
+    pub(super) fn march(&self, pipeline: &wgpu::ComputePipeline, mutant: u32) -> Option<Traces> {
+        match self.precision {
+            Precision::F32 => self.march_in::<f32>(pipeline, mutant),
+            Precision::F64 => self.march_in::<f64>(pipeline, mutant),
+        }
+    }
+
+    fn march_in<W: DeviceScalar>(&self, pipeline: &wgpu::ComputePipeline, mutant: u32) -> Option<Traces> {
+        let mut pipeline = Pipeline {
+            compute: pipeline.clone(),
+            source: String::new(),
+            cells: self.cells,
+            threads_per_member: self.threads,
+            is_differentiated: false,
+            reads_texels: self.reads_texels,
+            measured: Some((MEMBERS as u32, STRIDE)),
+        };
+        let (device, plan, ensemble) = (&self.device, &self.plan, self.ensemble(mutant));
+        let carried = (0..MEMBERS).map(|member| Invocation { member, direction: None }).collect();
+        let batch = Batch::begin::<W>(device, &mut pipeline, plan, &ensemble, carried).expect("the batch begins");
+        let (traces, _) = batch.finish::<W>(device, plan).ok()?;
+        Some(readings(traces, plan, &trace_rows(plan, &ensemble, 0..MEMBERS, &[])))
     }
 }
 
-fn target<W: DeviceScalar>(device: &Device, name: &str, text: &str, precision: Precision, lanes: u32) -> Target {
-    let case = case(text);
-    let width = case.factors.len();
-    let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
-    let drawn = Ensemble::sample(&case.factors, Bounds::Large, &sampling, MEMBERS);
-    let mut plan = Plan::new(&case);
-    // An added factor, which scales nothing, holds the number of the mutant.
-    let row = plan.rows.factors;
-    plan.rows.factors += 1;
-    let texels = precision == Precision::F32;
-    let cells = if device.checks { plan.cells() } else { shader::column_cells(&plan, usize::MAX, lanes) };
-    let kernel = shader::column_lengths(&plan, cells, lanes)
-        + &shader::source_without_lengths(&plan, precision, texels, lanes, shader::MARCH);
-    let entry = "    let own_member = member_of(";
-    assert!(kernel.contains(entry), "the kernel has the entry point of the march");
-    let mutant = mutants::VARIABLE;
-    let kernel = kernel.replacen(entry, &format!("    {mutant} = u32(factors[{row}u * run.members]);\n{entry}"), 1);
-    let kernel = Kernel::parse(format!("{kernel}var<private> {mutant}: u32;\n")).expect("the kernel is sound");
-    let heating = case.factors.iter().position(|factor| factor.property == Property::Heating);
-    let ensemble = move |mutant: u32| {
-        let members = (0..MEMBERS).flat_map(|member| {
-            let mut factors = [drawn.member(member), vec![mutant.into()]].concat();
-            // The last member diverges, if anything heats it.
-            heating.filter(|_| member + 1 == MEMBERS).into_iter().for_each(|heating| factors[heating] = 1e6);
-            factors
-        });
-        Ensemble::from_values(width + 1, members.collect())
-    };
-    let expected = ScalarReference(precision).march(&plan, &ensemble(0), 0..MEMBERS).expect("the processor marches");
-    let mut device = device.clone();
-    // A software device would take dispatches as long as possible.
-    device.is_software = false;
+fn target(device: &Device, (name, text): &(&str, &str), precision: Precision, threads: u32) -> Target {
+    let short = ShortMarch::new(device, text, precision, threads);
+    let kernel = Kernel::parse(short.source()).expect("the kernel is sound");
+    let expected =
+        ScalarReference(precision).march(&short.plan, &short.ensemble(0), 0..MEMBERS).expect("the processor marches");
     let agrees = move |pipeline: &wgpu::ComputePipeline, mutant: u32| {
-        let (inner, text) = (pipeline.clone(), String::new());
-        let timed = Some((MEMBERS as u32, STRIDE));
-        let mut pipeline = Pipeline {
-            compute: inner,
-            source: text,
-            cells,
-            threads_per_member: lanes,
-            is_differentiated: false,
-            reads_texels: texels,
-            measured: timed,
-        };
-        let carried = (0..MEMBERS).map(|member| Invocation { member, direction: None }).collect();
-        let batch =
-            Batch::begin::<W>(&device, &mut pipeline, &plan, &ensemble(mutant), carried).expect("the batch begins");
-        let Ok((traces, _)) = batch.finish::<W>(&device, &plan) else { return false };
-        let traces = readings(traces, &plan, &trace_rows(&plan, &ensemble(mutant), 0..MEMBERS, &[]));
+        let Some(traces) = short.march(pipeline, mutant) else { return false };
         let ((found, found_status), (expected, expected_status)) = (numbers(&traces), numbers(&expected));
         let alike = |(a, b): (&f64, &f64)| {
-            if lanes == 1 { a.to_bits() == b.to_bits() } else { (a - b).abs() <= ROUNDING * (1.0 + b.abs()) }
+            if threads == 1 { a.to_bits() == b.to_bits() } else { (a - b).abs() <= ROUNDING * (1.0 + b.abs()) }
         };
         found_status == expected_status && found.len() == expected.len() && found.iter().zip(&expected).all(alike)
     };
-    let name = format!("{name} in {precision:?} on {lanes} threads");
+    let name = format!("{name} in {precision:?} on {threads} threads");
     Target { name, entry: "march", kernel, agrees: Box::new(agrees) }
 }
 
