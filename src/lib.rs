@@ -81,6 +81,7 @@ pub mod fit;
 pub mod limits;
 pub mod march;
 use bondline_physics as physics;
+mod numerics;
 pub mod plan;
 mod random;
 pub mod report;

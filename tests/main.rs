@@ -4,6 +4,7 @@ mod bands; // pointwise and simultaneous bands: coverage of independent members
 mod browser; // headless Chromium; results come back through its console
 mod case_builder; // cases from Rust values, and their validation
 mod cli; // the built binary: exit codes, messages, files
+mod comments; // names in the comments of sources exist
 mod derivatives; // exact derivatives against differences, for every property and kind of case
 #[cfg(unix)]
 mod documentation; // README and the book: commands run, case files load

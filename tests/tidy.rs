@@ -8,19 +8,19 @@ use std::fs;
 /// The modules that each module of the library may import.
 const IMPORTS: &[(&str, &[&str])] = &[
     ("limits", &[]),
-    // A measured driver is smoothed within its noise.
-    ("case", &["limits", "fit"]),
+    ("numerics", &[]),
+    ("case", &["limits", "numerics"]),
     ("traces", &[]),
     ("random", &[]),
     ("user_cache", &[]),
-    ("fit", &["random"]),
+    ("fit", &["random", "numerics"]),
     ("ensemble", &["case", "random"]),
     // A package of its own: of the library it can see nothing.
     ("physics", &[]),
     // A plan states errors of gauges, whose names are in `traces`.
-    ("plan", &["limits", "case", "traces", "physics"]),
+    ("plan", &["limits", "case", "numerics", "traces", "physics"]),
     ("march", &["limits", "plan", "ensemble", "traces", "physics", "user_cache"]),
-    ("study", &["limits", "case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
+    ("study", &["limits", "case", "numerics", "random", "plan", "adapt", "ensemble", "traces", "march", "fit"]),
     // Records name the backend, the precision and the loss function.
     ("report", &["case", "traces", "study", "march", "fit"]),
     (

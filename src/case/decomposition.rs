@@ -15,10 +15,10 @@ use super::provenance::Provenance;
 use super::table::Table;
 use super::unit::Dimension;
 use super::validation::{FieldPath, finite};
-use crate::limits::REACTIONS;
+use crate::limits::{LAYUP_TEMPERATURE_K, REACTIONS};
+use crate::numerics::thermogravimetry::{Kinetics, Specimen};
 
-/// Gas constant, J/mol/K (CODATA 2018).
-pub const GAS_CONSTANT_J_MOL_K: f64 = 8.314_462_618;
+pub use crate::numerics::thermogravimetry::GAS_CONSTANT_J_MOL_K;
 
 /// The reactions of a material and their residues.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -297,6 +297,84 @@ impl Decomposition {
                     Some(virgin_kg_m3 * *left)
                 })
                 .collect(),
+        }
+    }
+}
+
+impl Decomposition {
+    fn kinetics(&self) -> Vec<Kinetics> {
+        let of = |reaction: &Reaction| Kinetics {
+            pre_exponential_1_s: reaction.pre_exponential_1_s,
+            activation_energy_j_mol: reaction.activation_energy_j_mol,
+            order: reaction.order,
+            onset_temperature_k: reaction.onset_temperature_k,
+        };
+        self.reactions.iter().map(of).collect()
+    }
+
+    /// Remaining mass per virgin mass at increasing temperatures (K), heated from 300 K at a constant rate (K/s).
+    pub fn remaining_mass_fractions(&self, heating_k_s: f64, temperatures_k: &[f64]) -> Vec<f64> {
+        let kinetics = self.kinetics();
+        let mut specimen = Specimen::new(&kinetics, self.scheme == ReactionScheme::Consecutive, heating_k_s);
+        let left = |&temperature_k: &f64| {
+            let advancements = specimen.heated_to(temperature_k);
+            let lost = self.reactions.iter().zip(advancements).map(|(reaction, xi)| reaction.mass_loss * xi);
+            1.0 - lost.sum::<f64>()
+        };
+        temperatures_k.iter().map(left).collect()
+    }
+
+    /// The temperature at which each reaction is half complete, K, heated from 300 K at a constant rate (K/s); `None`
+    /// where that is beyond all tables. A reaction that is faster than the heating has 300 K.
+    pub fn half_conversion_temperatures_k(&self, heating_k_s: f64) -> Vec<Option<f64>> {
+        let kinetics = self.kinetics();
+        let specimen = Specimen::new(&kinetics, self.scheme == ReactionScheme::Consecutive, heating_k_s);
+        specimen.half_conversion_temperatures_k(LAYUP_TEMPERATURE_K.max as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Material;
+
+    fn decomposition(id: &str) -> Decomposition {
+        let material = Material::named(id).unwrap_or_else(|error| panic!("{error}"));
+        material.decomposition.unwrap_or_else(|| panic!("{id} decomposes"))
+    }
+
+    /// Recorded when the kinetics were fitted, to three digits.
+    const TEMPERATURES_K: [f64; 7] = [573.0, 648.0, 700.0, 750.0, 800.0, 873.0, 950.0];
+    const SLOW: [f64; 7] = [0.980, 0.974, 0.937, 0.870, 0.812, 0.741, 0.723];
+    const FAST: [f64; 7] = [0.980, 0.980, 0.979, 0.976, 0.962, 0.901, 0.820];
+
+    fn worst(found: &[f64], expected: &[f64]) -> f64 {
+        assert_eq!(found.len(), expected.len());
+        found.iter().zip(expected).map(|(found, expected)| (found - expected).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn pyrogel_reproduces_the_recorded_mass_loss() {
+        for id in ["pyrogel3350", "pyrogel2250"] {
+            let pyrogel = decomposition(id);
+            for (kelvin_a_minute, expected) in [(10.0, SLOW), (1000.0, FAST)] {
+                let found = pyrogel.remaining_mass_fractions(kelvin_a_minute / 60.0, &TEMPERATURES_K);
+                assert!(worst(&found, &expected) < 1e-3, "{id} at {kelvin_a_minute} K/min: {found:?}");
+            }
+            let tenfold = pyrogel.remaining_mass_fractions(100.0 / 60.0, &TEMPERATURES_K);
+            assert!(worst(&tenfold, &SLOW) > 0.02, "a wrong heating rate must show");
+        }
+    }
+
+    #[test]
+    fn mass_loss_rates_peak_at_the_fitted_temperature() {
+        for (id, peak_k) in [("apa", 600.0), ("apa2", 600.0), ("pi_aerogel", 868.0)] {
+            let temperatures_k: Vec<f64> = (0..1400).map(|step| 400.0 + 0.5 * f64::from(step)).collect();
+            let left = decomposition(id).remaining_mass_fractions(10.0 / 60.0, &temperatures_k);
+            let falls = left.windows(2).map(|pair| pair[0] - pair[1]);
+            let (steepest, _) =
+                falls.enumerate().fold((0, 0.0), |most, fall| if fall.1 > most.1 { fall } else { most });
+            assert!((temperatures_k[steepest] - peak_k).abs() < 3.0, "{id}: {} K", temperatures_k[steepest]);
         }
     }
 }

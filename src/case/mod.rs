@@ -4,7 +4,6 @@
 //! case file is read into a builder; its errors have a line and a column.
 
 pub mod air;
-mod brightness;
 mod builder;
 mod conductivity;
 mod decomposition;
@@ -33,12 +32,10 @@ mod smoothed_driver;
 mod suggestion;
 mod table;
 mod temperature_limit;
-mod thermogravimetry;
 pub mod unit;
 mod validation;
 mod variants;
 
-pub(crate) use brightness::Radiance;
 pub use builder::CaseBuilder;
 pub use conductivity::{Conductivity, ThreePartConductivity};
 pub use decomposition::{

@@ -3,6 +3,7 @@
 use super::exposure::{Emissivity, Face};
 use super::material::Material;
 use super::validation::FieldPath;
+use crate::numerics::planck::Radiance;
 
 /// Wavelengths of pyrometers, m: from the visible to the far infrared.
 const WAVELENGTHS_M: (f64, f64) = (0.2e-6, 100e-6);
@@ -27,6 +28,14 @@ pub enum Spectrum {
 }
 
 impl Spectrum {
+    /// The radiance of a black body in it.
+    pub(crate) fn radiance(self) -> Radiance {
+        match self {
+            Self::Wavelength(wavelength_m) => Radiance::at_wavelength(wavelength_m),
+            Self::Band(shorter_m, longer_m) => Radiance::in_band(shorter_m, longer_m),
+        }
+    }
+
     /// A wavelength of a pyrometer, m.
     pub(super) fn checked_wavelength_m(wavelength_m: f64) -> Result<f64, String> {
         let (shortest_m, longest_m) = WAVELENGTHS_M;

@@ -1,6 +1,5 @@
 //! A pyrometer whose readings hold the hot face.
 
-use super::brightness::Radiance;
 use super::pyrometer::Pyrometer;
 use super::table::Schedule;
 
@@ -57,7 +56,7 @@ impl ObservedFace {
     /// # Errors
     /// The face would reflect more radiation of its surroundings than was read.
     pub(super) fn face_k(&self, readings_k: &Schedule, deviations: f64) -> Result<Schedule, String> {
-        let radiance = Radiance::new(self.pyrometer.spectrum);
+        let radiance = self.pyrometer.spectrum.radiance();
         let surroundings = radiance.logarithm(self.surroundings_k);
         let emissivity = (self.emissivity + deviations * self.deviation).min(1.0);
         let of_reading = |&reading_k: &f64| {

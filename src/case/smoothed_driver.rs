@@ -1,8 +1,8 @@
 //! A measured temperature that drives a held face, smoothed within its noise.
 
 use super::table::Schedule;
-use crate::fit::robust_noise::noise_deviation;
-use crate::fit::smoothing_spline::{polygon, smoothing_spline};
+use crate::numerics::robust_noise::noise_deviation;
+use crate::numerics::smoothing_spline::{polygon, smoothing_spline};
 
 /// The polygon that replaces the smoothing spline is within this share of the noise of it.
 const POLYGON_SHARE: f64 = 0.05;

@@ -8,7 +8,7 @@
 //! 400 in all, the smallest effective sample size that Vehtari et al. accept.
 
 use super::ensemble_mcmc::{ENSEMBLES, ensembles};
-use super::robust_noise::median;
+use crate::numerics::robust_noise::median;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Convergence diagnostics of one variable's chains.

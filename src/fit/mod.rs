@@ -56,8 +56,6 @@ pub mod prior;
 pub mod proportion;
 mod quadratic;
 pub mod reliability;
-pub mod robust_noise;
-pub mod smoothing_spline;
 pub mod subset;
 pub mod termination;
 mod trust_region;

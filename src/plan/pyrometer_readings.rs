@@ -2,7 +2,8 @@
 
 use super::Plan;
 use super::interpolation::{RecordInterpolation, Stencil, value_at};
-use crate::case::{Case, Emissivity, Exposure, Face, Radiance, Schedule, Table};
+use crate::case::{Case, Emissivity, Exposure, Face, Schedule, Table};
+use crate::numerics::planck::Radiance;
 use crate::traces::Peak;
 
 /// Half the distance over which the slope of an emissivity table is taken, K.
@@ -86,7 +87,7 @@ pub(super) fn pyrometer_readings(
         (Emissivity::Material, None) => return Vec::new(),
     };
     let of_sensor = |(sensor, pyrometer): (usize, crate::case::Pyrometer)| {
-        let radiance = Radiance::new(pyrometer.spectrum);
+        let radiance = pyrometer.spectrum.radiance();
         PyrometerReading {
             sensor,
             radiance,

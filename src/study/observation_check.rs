@@ -4,7 +4,7 @@
 //! The statistics are robust: a few wrong samples do not move them. Thresholds are those of the constants below.
 
 use crate::case::{Case, Observation};
-use crate::fit::robust_noise::{DEVIATION_PER_MAD, median, noise_deviation};
+use crate::numerics::robust_noise::{DEVIATION_PER_MAD, median, noise_deviation};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A gap is longer than so many median intervals, and than twice the intervals beside it.

@@ -20,18 +20,18 @@ const MAX_ALPHA: f64 = 1e11;
 
 /// A smoothing spline at its data.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SmoothingSpline {
+pub(crate) struct SmoothingSpline {
     /// One value per datum.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Root mean square of data minus values.
-    pub residual: f64,
+    pub(crate) residual: f64,
     /// Indices of the data at which the slope may jump, ascending.
-    pub corners: Vec<usize>,
+    pub(crate) corners: Vec<usize>,
 }
 
 /// The curve of least curvature whose root mean square distance from the data is `sigma`. At steps of the data, which
 /// no smooth curve follows within the noise, its slope may jump. Times increase strictly.
-pub fn smoothing_spline(times: &[f64], data: &[f64], sigma: f64) -> SmoothingSpline {
+pub(crate) fn smoothing_spline(times: &[f64], data: &[f64], sigma: f64) -> SmoothingSpline {
     let mut corners = Vec::new();
     let mut values = fit(times, data, sigma, &corners);
     while corners.len() < MAX_CORNERS
@@ -212,7 +212,7 @@ impl System {
 /// The fewest corners of a polygon through some of the points that is within a tolerance of all of them: each corner
 /// is the last to which a straight line from the one before passes all points between (Sklansky and Gonzalez, Pattern
 /// Recognition 12, 1980). Returns their indices.
-pub fn polygon(times: &[f64], values: &[f64], tolerance: f64) -> Vec<usize> {
+pub(crate) fn polygon(times: &[f64], values: &[f64], tolerance: f64) -> Vec<usize> {
     let mut corners = vec![0];
     let mut from = 0;
     while from + 1 < times.len() {

@@ -1,12 +1,12 @@
 //! Noise of a series of samples, without a model of the signal.
 
 /// A standard deviation is so many median absolute deviations of normal noise.
-pub const DEVIATION_PER_MAD: f64 = 1.482_602_218_505_602;
+pub(crate) const DEVIATION_PER_MAD: f64 = 1.482_602_218_505_602;
 
 /// Standard deviation of the noise of samples: from the residuals of each sample from the line between its neighbours,
 /// which a smooth signal does not have (Gasser, Sroka and Jennen-Steinmetz, Biometrika 73, 1986), by their median
 /// absolute deviation. `None` of fewer than three samples. Times increase strictly.
-pub fn noise_deviation(times: &[f64], values: &[f64]) -> Option<f64> {
+pub(crate) fn noise_deviation(times: &[f64], values: &[f64]) -> Option<f64> {
     let residuals = times.windows(3).zip(values.windows(3)).map(|(times, values)| {
         let share = (times[2] - times[1]) / (times[2] - times[0]);
         let off = share * values[0] + (1.0 - share) * values[2] - values[1];
@@ -17,7 +17,7 @@ pub fn noise_deviation(times: &[f64], values: &[f64]) -> Option<f64> {
 }
 
 /// The median, of an even number the upper one. At least one value.
-pub fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

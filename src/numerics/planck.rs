@@ -7,8 +7,6 @@
 //! (Chang and Rhee, Int. Comm. Heat Mass Transfer 11, 1984); T_r follows by Newton's method. The radiant flux of a
 //! heater that the face reflects is not included: its spectrum is not known.
 
-use super::pyrometer::Spectrum;
-
 /// Second radiation constant, m K (CODATA 2018).
 const SECOND_RADIATION_CONSTANT_M_K: f64 = 1.438_776_877e-2;
 
@@ -37,13 +35,14 @@ pub(crate) struct Brightness {
 }
 
 impl Radiance {
-    pub(crate) fn new(spectrum: Spectrum) -> Self {
-        match spectrum {
-            Spectrum::Wavelength(wavelength_m) => Self::Spectral(SECOND_RADIATION_CONSTANT_M_K / wavelength_m),
-            Spectrum::Band(shorter_m, longer_m) => {
-                Self::Band(SECOND_RADIATION_CONSTANT_M_K / shorter_m, SECOND_RADIATION_CONSTANT_M_K / longer_m)
-            }
-        }
+    /// At one wavelength, m.
+    pub(crate) fn at_wavelength(wavelength_m: f64) -> Self {
+        Self::Spectral(SECOND_RADIATION_CONSTANT_M_K / wavelength_m)
+    }
+
+    /// In a band from a shorter to a longer wavelength, m, all of it with the same sensitivity.
+    pub(crate) fn in_band(shorter_m: f64, longer_m: f64) -> Self {
+        Self::Band(SECOND_RADIATION_CONSTANT_M_K / shorter_m, SECOND_RADIATION_CONSTANT_M_K / longer_m)
     }
 
     /// Logarithm of the radiance at a temperature, and its derivative by the logarithm of the temperature.
@@ -174,8 +173,7 @@ mod tests {
 
     #[test]
     fn a_temperature_that_diverged_has_no_reading() {
-        for spectrum in [Spectrum::Band(2.2e-6, 3.3e-6), Spectrum::Band(8e-6, 14e-6)] {
-            let radiance = Radiance::new(spectrum);
+        for radiance in [Radiance::in_band(2.2e-6, 3.3e-6), Radiance::in_band(8e-6, 14e-6)] {
             let surroundings = radiance.logarithm(300.0);
             for temperature_k in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -4000.0, 0.0] {
                 let read = radiance.brightness(0.9, temperature_k, 0.8, surroundings).temperature_k;
@@ -194,21 +192,21 @@ mod tests {
             (3.9e-6, 600.0, 0.9, 0.7),
             (10e-6, 350.0, 0.5, 0.95),
         ] {
-            let radiance = Radiance::new(Spectrum::Wavelength(wavelength_m));
+            let radiance = Radiance::at_wavelength(wavelength_m);
             let found = radiance.brightness(setting, temperature_k, emissivity, f64::NEG_INFINITY).temperature_k;
             let x = C2_M_K / (wavelength_m * temperature_k);
             let expected_k = C2_M_K / wavelength_m / (setting / emissivity * x.exp_m1()).ln_1p();
             assert!((found / expected_k - 1.0).abs() < 1e-13, "{found} K, not {expected_k} K");
         }
         // The grey shorthand T (ε/ε_i)^¼ is no approximation: at 0.65 µm it is 59 K off.
-        let found = Radiance::new(Spectrum::Wavelength(0.65e-6)).brightness(1.0, 1500.0, 0.8, f64::NEG_INFINITY);
+        let found = Radiance::at_wavelength(0.65e-6).brightness(1.0, 1500.0, 0.8, f64::NEG_INFINITY);
         assert!((found.temperature_k - 1477.6556).abs() < 1e-3, "{}", found.temperature_k);
     }
 
     #[test]
     fn in_a_band_radiances_are_the_integral_of_planck_and_the_reading_satisfies_its_definition() {
         for (shorter_m, longer_m) in [(0.7e-6, 1.1e-6), (3.4e-6, 5e-6), (8e-6, 14e-6), (8e-6, 8.001e-6)] {
-            let radiance = Radiance::new(Spectrum::Band(shorter_m, longer_m));
+            let radiance = Radiance::in_band(shorter_m, longer_m);
             let ratio = |hot_k: f64, cold_k: f64| (radiance.logarithm(hot_k) - radiance.logarithm(cold_k)).exp();
             let integral = |temperature_k: f64| band(shorter_m, longer_m, temperature_k);
             let expected = integral(1400.0) / integral(500.0);
@@ -221,8 +219,9 @@ mod tests {
 
     #[test]
     fn a_reading_gives_back_the_temperature_of_the_face() {
-        for spectrum in [Spectrum::Wavelength(0.9e-6), Spectrum::Wavelength(10e-6), Spectrum::Band(8e-6, 14e-6)] {
-            let radiance = Radiance::new(spectrum);
+        for radiance in
+            [Radiance::at_wavelength(0.9e-6), Radiance::at_wavelength(10e-6), Radiance::in_band(8e-6, 14e-6)]
+        {
             for (temperature_k, emissivity, surroundings_k) in
                 [(1200.0, 0.7, 450.0), (460.0, 0.9, 450.0), (400.0, 0.4, 0.0), (900.0, 1.0, 300.0)]
             {
@@ -238,8 +237,9 @@ mod tests {
 
     #[test]
     fn derivatives_are_those_of_differences() {
-        for spectrum in [Spectrum::Wavelength(0.9e-6), Spectrum::Wavelength(10e-6), Spectrum::Band(8e-6, 14e-6)] {
-            let radiance = Radiance::new(spectrum);
+        for radiance in
+            [Radiance::at_wavelength(0.9e-6), Radiance::at_wavelength(10e-6), Radiance::in_band(8e-6, 14e-6)]
+        {
             let at = |temperature_k, emissivity| {
                 radiance.brightness(0.85, temperature_k, emissivity, radiance.logarithm(450.0))
             };
@@ -247,18 +247,17 @@ mod tests {
                 let found = at(temperature_k, emissivity);
                 let [above, below] = [1e-3, -1e-3].map(|step_k| at(temperature_k + step_k, emissivity).temperature_k);
                 let slope = (above - below) / 2e-3;
-                assert!((found.by_temperature / slope - 1.0).abs() < 1e-6, "{spectrum:?}: {slope}, {found:?}");
+                assert!((found.by_temperature / slope - 1.0).abs() < 1e-6, "{radiance:?}: {slope}, {found:?}");
                 let [above, below] = [1e-6, -1e-6].map(|step| at(temperature_k, emissivity + step).temperature_k);
                 let slope_k = (above - below) / 2e-6;
-                assert!((found.by_emissivity_k / slope_k - 1.0).abs() < 1e-5, "{spectrum:?}: {slope_k} K, {found:?}");
+                assert!((found.by_emissivity_k / slope_k - 1.0).abs() < 1e-5, "{radiance:?}: {slope_k} K, {found:?}");
             }
         }
     }
 
     #[test]
     fn a_face_in_surroundings_of_its_temperature_is_black_and_a_black_one_is_read_exactly() {
-        for spectrum in [Spectrum::Wavelength(0.9e-6), Spectrum::Band(8e-6, 14e-6)] {
-            let radiance = Radiance::new(spectrum);
+        for radiance in [Radiance::at_wavelength(0.9e-6), Radiance::in_band(8e-6, 14e-6)] {
             let cavity = radiance.brightness(1.0, 800.0, 0.3, radiance.logarithm(800.0)).temperature_k;
             let black = radiance.brightness(1.0, 800.0, 1.0, radiance.logarithm(2000.0)).temperature_k;
             assert!((cavity - 800.0).abs() < 1e-9 && (black - 800.0).abs() < 1e-9, "{cavity} K, {black} K");
