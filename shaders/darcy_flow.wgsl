@@ -55,9 +55,9 @@ fn update_gas_flow(step: u32, stage: u32) {
 }
 
 fn account_outflow(step: u32, hot_kg_m2_s: real, back_kg_m2_s: real) {
-    let step_length_s = step_length_s(step);
+    let length_s = step_length_s(step);
     if thread == 0u {
-        add_gas_exchange(hot_kg_m2_s * step_length_s, back_kg_m2_s * step_length_s);
+        add_gas_exchange(hot_kg_m2_s * length_s, back_kg_m2_s * length_s);
     }
     recent_outflows = array<real, 2>(recent_outflows[1], hot_kg_m2_s);
 }

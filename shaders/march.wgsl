@@ -21,6 +21,9 @@ fn clear_gas(i: u32) {
         let place = i * STATES + s;
         first_stage_phases[place] = virgin()[s];
         second_stage_phases[place] = virgin()[s];
+        if ENTHALPY_STEPS {
+            next_phases[place] = virgin()[s];
+        }
         enthalpy_rises[place] = array<real, 2>(0.0, 0.0);
     }
     if DARCY {

@@ -33,7 +33,9 @@ fn scale() {
     for (var p = 0u; p < run.plies; p++) {
         for (var state = 0u; state < plan.plies[p].states; state++) {
             let row = plan.plies[p].first_state + state;
-            state_scales[row] = state_scale(plan.conductivity_columns[row], plan.state_properties[row], plan.bulk_properties[p], ply_scales[p]);
+            let properties = plan.state_properties[row];
+            let columns = plan.conductivity_columns[row];
+            state_scales[row] = state_scale(columns, properties, plan.bulk_properties[p], ply_scales[p]);
         }
     }
     face_scales[0] = face_scale(plan.face_columns[0]);

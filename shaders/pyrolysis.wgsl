@@ -8,6 +8,7 @@ var<COLUMNS> advancements: array<DoubleWord, GAS_CELLS * REACTIONS>;
 // Cell × state: volume fractions for the first stage of the next step, and for the second stage of this one.
 var<COLUMNS> first_stage_phases: array<real, GAS_CELLS * STATES>;
 var<COLUMNS> second_stage_phases: array<real, GAS_CELLS * STATES>;
+var<COLUMNS> next_phases: array<real, NEXT_PHASE_CELLS * STATES>;
 var<COLUMNS> enthalpy_rises: array<array<real, 2>, GAS_CELLS * STATES>;
 var<COLUMNS> gas_source: GasColumn;
 var<COLUMNS> absorbed_heat: GasColumn;
@@ -32,7 +33,7 @@ fn advance_reactions(step: u32, stage: u32) {
     if stage == 0u {
         return;
     }
-    let step_length_s = step_length_s(step);
+    let length_s = step_length_s(step);
     var next_s = real(0.0);
     if step + 1u < run.steps {
         next_s = step_length_s(step + 1u);
@@ -43,7 +44,7 @@ fn advance_reactions(step: u32, stage: u32) {
             continue;
         }
         for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
-            advance_cell_reactions(p, i, step_length_s, next_s);
+            advance_cell_reactions(p, i, length_s, next_s);
         }
     }
 }
@@ -63,8 +64,18 @@ fn midpoint_enthalpies(p: u32, i: u32, rise_k: real) -> Phases {
 
 fn store_phases(p: u32, i: u32, second_stage: Phases, first_stage: Phases) {
     for (var state = 0u; state < plan.plies[p].states; state++) {
-        first_stage_phases[i * STATES + state] = first_stage[state];
+        if ENTHALPY_STEPS {
+            next_phases[i * STATES + state] = first_stage[state];
+        } else {
+            first_stage_phases[i * STATES + state] = first_stage[state];
+        }
         second_stage_phases[i * STATES + state] = second_stage[state];
+    }
+}
+
+fn adopt_next_phases() {
+    for (var place = first_cell() * STATES; place < end_cell() * STATES; place++) {
+        first_stage_phases[place] = next_phases[place];
     }
 }
 

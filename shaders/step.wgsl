@@ -49,6 +49,9 @@ fn advance(step: u32) {
             }
         } else {
             update_temperatures(step);
+            if GAS && ENTHALPY_STEPS {
+                adopt_next_phases();
+            }
             synchronize();
             if has_cell(0u) {
                 account_face_heat(0u, step, start[0], face_heat[0], 0u, 1u);

@@ -310,6 +310,45 @@ fn latent_heat_of_one_state_of_a_decomposing_ply_is_conserved() {
     }
 }
 
+/// A slab that the holder heats evenly while its material turns into a char of another heat capacity, with steps of a
+/// quarter of a second.
+fn evenly_heated_slab(heat_capacity: &str, char_ratio: f64) -> Case {
+    let material = material(heat_capacity, "value = \"0.3 W/m/K\"").replace("1000 kg/m^3", "200 kg/m^3")
+        + &format!(
+            "[decomposition]\n[[decomposition.reaction]]\nmass_loss = 0.3\npre_exponential = \"0.1 1/s\"\n\
+             activation_energy = \"1 J/mol\"\norder = 1.0\nheat = \"0 kJ/kg\"\n[decomposition.char]\n\
+             heat_capacity = {{ times_virgin = {char_ratio:?} }}\n"
+        );
+    let files = BTreeMap::from([("materials/m.toml".to_owned(), material)]);
+    let text = r#"
+initial_temperature = "300 K"
+duration = "4 s"
+decomposition = true
+ply = [{ name = "P", material = "m", thickness = "10 mm" }]
+sensor = [{ name = "A", depth = "2 mm" }, { name = "B", depth = "5 mm" }]
+hot_face = { kind = "heated", radiant_flux = "0 W/m^2", surroundings = "300 K", emissivity = 1e-4 }
+holder = { conductance = "40 kW/m^3/K", temperature = "1000 K" }
+gas = { flow = "unhindered" }
+resolution = { cells = 8, first_step = "0.25 s", max_step = "0.25 s", step_growth = 1 }
+"#;
+    Case::from_toml(text, "evenly heated slab", &files).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_peak_of_the_heat_capacity_that_is_not_reached_changes_no_temperature_of_a_decomposing_ply() {
+    let peak = "temperatures_k = [250, 1950, 1955, 1960]\nvalues = [1000, 1000, 9000, 1000]\nunit = \"J/kg/K\"\n\
+                outside = \"clamp\"";
+    let at_end_k = |heat_capacity: &str, char_ratio: f64| {
+        let case = evenly_heated_slab(heat_capacity, char_ratio);
+        let (plan, nominal) = (Plan::new(&case), Ensemble::nominal(case.factors()));
+        let traces = march_extrapolated(&mut Cpu::new(Precision::F64), &plan, &nominal, 0..1).expect("a march");
+        traces.temperatures_k[traces.instants - 1]
+    };
+    let (with_k, without_k) = (at_end_k(peak, 0.3), at_end_k(CAPACITY, 0.3));
+    assert!((with_k - without_k).abs() < 0.02, "{with_k} K with the peak, {without_k} K without");
+    assert!((at_end_k(CAPACITY, 1.0) - without_k).abs() > 5.0, "the composition must show");
+}
+
 /// Two schedules of the pressure that are one until this time, s.
 const PARTS_S: f64 = 599.0;
 

@@ -109,8 +109,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// Enthalpies of the states of a cell's ply at the midpoint of a step, J/kg, extrapolated from the start, which keeps
-    /// the order and needs no table read.
+    /// Enthalpies of the states of a cell's ply at the midpoint of a step, J/kg, extrapolated from the start, which
+    /// keeps the order and needs no table read.
     #[inline(always)]
     fn midpoint_enthalpies(&self, p: usize, i: usize, rise_k: R) -> [R; MAX_STATES] {
         let (ply, states) = (&self.plan.plies[p], self.plan.max_states);
@@ -132,8 +132,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn store_phases(&mut self, p: usize, i: usize, second_stage: [R; MAX_STATES], first_stage: [R; MAX_STATES]) {
         let (ply, states) = (&self.plan.plies[p], self.plan.max_states);
-        let [first_phases, second_phases] = &mut self.reactions.phases;
-        let first_phases = &mut first_phases[i * states..(i + 1) * states];
+        let [current_phases, second_phases] = &mut self.reactions.phases;
+        let next_phases = if self.plan.has_enthalpy_steps { &mut self.reactions.next_phases } else { current_phases };
+        let first_phases = &mut next_phases[i * states..(i + 1) * states];
         let second_phases = &mut second_phases[i * states..(i + 1) * states];
         for state in 0..MAX_STATES {
             if state < ply.states as usize {
@@ -141,6 +142,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 second_phases[state] = second_stage[state];
             }
         }
+    }
+
+    /// Replaces the composition of the first stage by that of the next step, at the end of a step that advances
+    /// enthalpies.
+    #[inline(always)]
+    pub(super) fn adopt_next_phases(&mut self) {
+        std::mem::swap(&mut self.reactions.phases[0], &mut self.reactions.next_phases);
     }
 
     /// Reactions of a cell over a step, and its composition for the second stage of this step and the first of the

@@ -135,6 +135,9 @@ pub(super) struct ReactionState<R: Real> {
     pub(super) advancements: Vec<DoubleWord<R>>,
     /// Stage; cell × state: volume fraction.
     pub(super) phases: [Vec<R>; 2],
+    /// Those of the first stage of the next step, where steps advance enthalpies: these need the composition of the
+    /// first stage to the end of a step.
+    pub(super) next_phases: Vec<R>,
     /// Cell × state with table rows: enthalpy rise at the first stage (J/kg) and heat capacity (J/kg/K).
     pub(super) enthalpy_rises: Vec<[R; 2]>,
     pub(super) sources: Vec<CellSources<R>>,
@@ -265,6 +268,9 @@ impl<R: Real> ReactionState<R> {
         Self {
             advancements: vec![zero_pair(); plan.cells() * plan.max_reactions],
             phases: [0, 1].map(|_| (0..cells * plan.max_states).map(is_virgin).collect()),
+            next_phases: (0..if plan.has_enthalpy_steps { cells * plan.max_states } else { 0 })
+                .map(is_virgin)
+                .collect(),
             enthalpy_rises: vec![[zero; 2]; cells * plan.max_states],
             sources: vec![
                 CellSources {

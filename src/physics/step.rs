@@ -98,6 +98,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                     }
                 } else {
                     self.update_temperatures(step);
+                    if GAS && self.plan.has_enthalpy_steps {
+                        self.adopt_next_phases();
+                    }
                     self.account_face_heat(0, step, start[0], face_heat[0], 0, 1);
                     self.account_face_heat(1, step, start[1], face_heat[1], last, last - 1);
                     if self.plan.has_holder {

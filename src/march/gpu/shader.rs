@@ -110,9 +110,10 @@ pub(super) fn column_lengths(plan: &Plan, cells: usize, threads: u32) -> String 
     let pores = if plan.rows.gas == Some(GasTransport::Darcy) { cells } else { 1 };
     let nodes = if looks_up_in_sweep(plan, threads) { 1 } else { cells };
     let enthalpies = if plan.rows.has_enthalpy_steps { cells } else { 1 };
+    let next_phases = if plan.rows.gas.is_some() { enthalpies } else { 1 };
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
-         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\n"
+         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\nconst NEXT_PHASE_CELLS = {next_phases}u;\n"
     )
 }
 
@@ -227,8 +228,13 @@ pub fn loop_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let search = if search > 0 { (search + 8) * (1 + states) + 2 * states } else { 0 };
     let rises = cells_by_ply + cells * search;
     let reductions = CAPACITY_REDUCTIONS as u32;
-    let enthalpies =
-        if search > 0 { reductions * (2 * cells_by_ply + 2 * with_exit(cells) + 2 * rises + 3) + 2 * rises } else { 0 };
+    let enthalpies = if search > 0 {
+        reductions * (2 * cells_by_ply + 2 * with_exit(cells) + 2 * rises + 3)
+            + 2 * rises
+            + with_exit(cells * plan.rows.max_states as u32)
+    } else {
+        0
+    };
     let steep = if plan.rows.has_steep_conductivities { 2 * cells * steep_iterations(plan) } else { 0 };
     let (across, across_around) = if threads == 1 { (0, 0) } else { communication_iterations(plan, threads) };
     (

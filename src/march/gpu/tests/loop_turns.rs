@@ -26,7 +26,8 @@ fn counting(source: &str) -> String {
         ("    reduce_sums();\n    if thread == 0u {\n", "        hottest[0] = max(most_turns, real(loop_turns));\n"),
         (
             "        progress[member] = step;\n",
-            "    }\n    hottest[0] = max(most_turns, real(loop_turns));\n    {\n        save_extremes(0u, run.plies, 1u);\n",
+            "    }\n    hottest[0] = max(most_turns, real(loop_turns));\n    {\n        \
+             save_extremes(0u, run.plies, 1u);\n",
         ),
     ] {
         assert!(counted.contains(place), "the kernel has no {place:?}");
