@@ -98,18 +98,30 @@ impl Ensemble {
 /// All kinds but `Uniform` draw from a split normal distribution: its density has its maximum at the nominal value, and
 /// each bound lies two standard deviations of its side away and truncates it. With a central nominal value this is the
 /// normal distribution of the paper. A nominal value outside the bounds is replaced by the nearer bound.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
 pub enum SamplingKind {
-    /// Independent draws.
+    /// Normal, with two standard deviations at each bound, truncated there.
+    ///
+    /// Draws are independent.
     #[default]
     Normal,
-    /// Independent draws, uniform between the bounds.
+    /// Uniform between the bounds.
+    ///
+    /// Draws are independent.
     Uniform,
-    /// Latin hypercube: the distribution of each factor is divided into as many equiprobable strata as there are
-    /// members, with one member in each (McKay, Beckman & Conover, Technometrics 21, 1979).
+    /// Latin hypercube.
+    ///
+    /// The distribution of each factor is divided into as many equiprobable strata as there are members, with one
+    /// member in each (McKay, Beckman & Conover, Technometrics 21, 1979).
+    #[cfg_attr(feature = "command", value(name = "lhs"))]
+    #[serde(rename = "lhs")]
     LatinHypercube,
-    /// Sobol sequence with hashed Owen scrambling (Burley, J. Comput. Graph. Tech. 9(4), 2020). A new scrambling starts
-    /// every 65,536 members and every 256 factors.
+    /// Scrambled Sobol sequence.
+    ///
+    /// Hashed Owen scrambling (Burley, J. Comput. Graph. Tech. 9(4), 2020). A new scrambling starts every 65,536
+    /// members and every 256 factors.
     Sobol,
 }
 
@@ -128,10 +140,5 @@ impl SamplingKind {
     /// Wilks assume.
     pub fn has_independent_members(self) -> bool {
         matches!(self, Self::Normal | Self::Uniform)
-    }
-
-    /// The kind with this name; `None` for an unknown name.
-    pub fn named(name: &str) -> Option<Self> {
-        [Self::Normal, Self::Uniform, Self::LatinHypercube, Self::Sobol].into_iter().find(|kind| kind.name() == name)
     }
 }

@@ -31,15 +31,17 @@
 //!
 //! ```
 //! use bondline::ensemble::SamplingKind;
-//! use bondline::session::{Options, UncertaintyOptions};
+//! use bondline::question::{Draw, Uncertainty};
+//! use bondline::session::Options;
 //! use bondline::{Case, Session};
 //!
 //! let case = Case::load("cases/slab".as_ref())?;
 //! let back = case.sensors().iter().position(|sensor| sensor.name == "BACK").expect("the slab has one");
 //! let mut session = Session::open(case, &Options::default())?;
-//! let options = UncertaintyOptions { members: 100, sampling: SamplingKind::Sobol, ..Default::default() };
+//! let draw = Draw { sampling: SamplingKind::Sobol, ..Draw::default() };
+//! let question = Uncertainty { members: 100, draw, ..Uncertainty::default() };
 //! let mut hottest_k = 0.0_f64;
-//! let found = session.uncertainty_with(&options, &mut |_, traces| {
+//! let found = session.uncertainty_with(&question, &mut |_, traces| {
 //!     for member in 0..traces.members() {
 //!         hottest_k = hottest_k.max(traces.peak(member, back).temperature_k);
 //!     }
@@ -52,6 +54,7 @@
 //! # In reading order
 //!
 //! - [`session`]: one case and its studies: the entry point
+//! - [`question`]: the questions to a session, with all their options
 //! - [`case`]: the description of a problem: case files, materials, validation
 //! - [`limits`]: how large a case, a file or a request may be
 //! - [`plan`]: the discretised problem: cells, time steps and flat arrays
@@ -83,6 +86,7 @@ pub mod march;
 use bondline_physics as physics;
 mod numerics;
 pub mod plan;
+pub mod question;
 mod random;
 pub mod report;
 pub mod session;

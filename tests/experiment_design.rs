@@ -3,8 +3,9 @@
 use crate::cli::{CASE, run};
 use crate::support::{Scratch, case, root, runs_all};
 use bondline::fit::interval::NORMAL_95;
-use bondline::session::{BackendKind, DesignOptions, EstimateOptions, Options, Session};
-use bondline::study::experiment_design::{Design, ExperimentDesign, NoiseSource};
+use bondline::question::{Design, Estimate};
+use bondline::session::{BackendKind, Options, Session};
+use bondline::study::experiment_design::{self, ExperimentDesign, NoiseSource};
 use std::fs;
 
 const FACTORS: [&str; 3] = ["f_k_INS", "f_cp_INS", "f_k_OF"];
@@ -13,12 +14,12 @@ fn lcat() -> Session {
     Session::open(case("lcat-2259"), &Options::default().backend(BackendKind::Cpu)).expect("the CPU does not fail")
 }
 
-fn options(members: usize) -> DesignOptions {
+fn options(members: usize) -> Design {
     let noise = (Some(2.0), Some(0.0));
-    DesignOptions { members, noise_k: noise.0, correlation_s: noise.1, ..DesignOptions::new(FACTORS, 4) }
+    Design { members, noise_k: noise.0, correlation_time_s: noise.1, ..Design::new(FACTORS, 4) }
 }
 
-fn best(found: &ExperimentDesign) -> &Design {
+fn best(found: &ExperimentDesign) -> &experiment_design::Design {
     &found.scenarios[0].designs[0]
 }
 
@@ -36,7 +37,7 @@ fn a_design_is_better_than_the_paper_s_depths_and_each_thermocouple_tells_more()
     let depths_m: Vec<f64> = best(&found).candidates.iter().map(|&at| scenario.candidates[at].depth_m).collect();
     assert!(depths_m.windows(2).all(|pair| pair[1] - pair[0] > 0.499e-3), "{depths_m:?}");
     // Half the noise halves every standard error, and leaves the depths.
-    let quiet = session.design(&DesignOptions { noise_k: Some(1.0), ..options(60) }).expect("a design");
+    let quiet = session.design(&Design { noise_k: Some(1.0), ..options(60) }).expect("a design");
     assert_eq!(best(&quiet).candidates, best(&found).candidates);
     for (one, two) in best(&quiet).standard_errors.iter().zip(&best(&found).standard_errors) {
         assert!((two / one - 2.0).abs() < 1e-6, "{one} and {two}");
@@ -46,23 +47,23 @@ fn a_design_is_better_than_the_paper_s_depths_and_each_thermocouple_tells_more()
 #[test]
 fn a_tolerance_of_the_depth_a_shorter_run_and_slower_sampling_tell_less() {
     let mut session = lcat();
-    let loss = |session: &mut Session, options: &DesignOptions| best(&session.design(options).expect("one")).loss;
+    let loss = |session: &mut Session, options: &Design| best(&session.design(options).expect("one")).loss;
     let plain = loss(&mut session, &options(20));
-    let tolerant = loss(&mut session, &DesignOptions { position_tolerance_m: 0.25e-3, ..options(20) });
+    let tolerant = loss(&mut session, &Design { position_tolerance_m: 0.25e-3, ..options(20) });
     assert!(tolerant > plain + 0.1, "{tolerant} and {plain}");
-    let both = session.design(&DesignOptions { run_lengths_s: vec![200.0, 60.0], ..options(20) }).expect("a design");
+    let both = session.design(&Design { run_lengths_s: vec![200.0, 60.0], ..options(20) }).expect("a design");
     assert_eq!(both.scenarios.iter().map(|scenario| scenario.run_length_s).collect::<Vec<_>>(), [200.0, 60.0]);
     assert!((best(&both).loss - plain).abs() < 1e-9 * plain.abs(), "{} and {plain}", best(&both).loss);
     assert!(both.scenarios[1].designs[0].loss > plain);
-    let slow = loss(&mut session, &DesignOptions { sampling_s: Some(5.0), ..options(20) });
+    let slow = loss(&mut session, &Design { sampling_s: Some(5.0), ..options(20) });
     assert!(slow > plain + 1.0, "{slow} and {plain}");
 }
 
 /// Standard errors of the thermocouples of the case, over those at half the sampling rate.
 fn gain_of_faster_sampling(session: &mut Session, correlation_s: f64) -> Vec<f64> {
     let mut errors = |sampling_s| {
-        let noise = DesignOptions { correlation_s: Some(correlation_s), ..options(4) };
-        let found = session.design(&DesignOptions { sampling_s: Some(sampling_s), ..noise }).expect("a design");
+        let noise = Design { correlation_time_s: Some(correlation_s), ..options(4) };
+        let found = session.design(&Design { sampling_s: Some(sampling_s), ..noise }).expect("a design");
         found.scenarios[0].existing.as_ref().expect("thermocouples").standard_errors.clone()
     };
     let (fast, slow) = (errors(0.5), errors(1.0));
@@ -84,10 +85,10 @@ fn faster_sampling_adds_no_information_where_noise_is_correlated() {
 #[test]
 fn noise_that_is_not_stated_is_that_of_the_residuals_of_the_case() {
     let mut session = lcat();
-    let plain = DesignOptions::new(FACTORS, 1);
-    let mut noise = |options: DesignOptions| session.design(&options).expect("a design").request.noise;
-    let of_data = noise(DesignOptions { members: 2, ..plain.clone() });
-    let estimated = lcat().estimate(&EstimateOptions::default()).expect("an estimate");
+    let plain = Design::new(FACTORS, 1);
+    let mut noise = |options: Design| session.design(&options).expect("a design").request.noise;
+    let of_data = noise(Design { members: 2, ..plain.clone() });
+    let estimated = lcat().estimate(&Estimate::default()).expect("an estimate");
     assert_eq!(of_data.correlation_time_s, estimated.correlation_time_s);
     assert_eq!(of_data.white_fraction, estimated.white_share);
     assert!(of_data.correlation_time_s > 1.0 && of_data.deviation_k > 2.0, "{of_data:?}");
@@ -95,7 +96,7 @@ fn noise_that_is_not_stated_is_that_of_the_residuals_of_the_case() {
         (of_data.deviation_source, of_data.correlation_source),
         (NoiseSource::Estimated, NoiseSource::Estimated)
     );
-    let stated = noise(DesignOptions { members: 2, noise_k: Some(3.0), ..plain });
+    let stated = noise(Design { members: 2, noise_k: Some(3.0), ..plain });
     assert_eq!((stated.deviation_k, stated.deviation_source), (3.0, NoiseSource::Stated));
     assert_eq!(stated.correlation_time_s, of_data.correlation_time_s);
 }
@@ -116,18 +117,17 @@ fn without_observations_and_without_a_stated_correlation_white_noise_is_assumed_
 #[test]
 fn what_cannot_be_designed_is_refused_with_the_reason() {
     let mut session = lcat();
-    let refused =
-        |session: &mut Session, options: DesignOptions| session.design(&options).expect_err("refused").to_string();
+    let refused = |session: &mut Session, options: Design| session.design(&options).expect_err("refused").to_string();
     for (options, reason) in [
-        (DesignOptions::new(["f_x"], 4), "no factor is called \"f_x\""),
-        (DesignOptions::new(FACTORS, 0), "expected at least 1"),
-        (DesignOptions { least_distance_m: 3e-3, ..options(10) }, "mm apart"),
-        (DesignOptions { run_lengths_s: vec![300.0], ..options(10) }, "longer than the exposure"),
-        (DesignOptions { grid_m: Some(0.01e-3), ..options(10) }, "widen the grid"),
-        (DesignOptions { target: Some("TC9".to_owned()), ..options(10) }, "no sensor is called \"TC9\""),
-        (DesignOptions { members: 1, ..options(10) }, "at least 2 members"),
-        (DesignOptions { correlation_s: Some(-1.0), ..options(10) }, "expected no less than 0 s"),
-        (DesignOptions { others: vec![case("slab")], ..options(10) }, "slab: no factor is called"),
+        (Design::new(["f_x"], 4), "no factor is called \"f_x\""),
+        (Design::new(FACTORS, 0), "expected at least 1"),
+        (Design { least_distance_m: 3e-3, ..options(10) }, "mm apart"),
+        (Design { run_lengths_s: vec![300.0], ..options(10) }, "longer than the exposure"),
+        (Design { grid_m: Some(0.01e-3), ..options(10) }, "widen the grid"),
+        (Design { target: Some("TC9".to_owned()), ..options(10) }, "no sensor is called \"TC9\""),
+        (Design { members: 1, ..options(10) }, "at least 2 members"),
+        (Design { correlation_time_s: Some(-1.0), ..options(10) }, "expected no less than 0 s"),
+        (Design { others: vec![case("slab").into()], ..options(10) }, "slab: no factor is called"),
     ] {
         let message = refused(&mut session, options);
         assert!(message.contains(reason), "{message}");

@@ -6,7 +6,8 @@ use bondline::case::{Case, Face, Observation, OpenFace, Property, Schedule};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
-use bondline::study::flux_inversion::{FluxInversion, HeatingQuantity, InversionError, InversionOptions, invert_flux};
+use bondline::question::History;
+use bondline::study::flux_inversion::{FluxInversion, HeatingQuantity, InversionError, invert_flux};
 use bondline::study::nominal::nominal;
 use bondline::study::twin::Noise;
 use std::collections::BTreeMap;
@@ -150,7 +151,7 @@ fn of_two_heating_quantities_the_selected_one_is_estimated_and_without_a_selecti
     };
     let truth = scaled(&own, 1.1);
     let case = observed(both(&own), both(&truth), 1.0, 1);
-    let requested = |sought| InversionOptions { quantity: sought, knots: Some(8), smoothing: None };
+    let requested = |sought| History { quantity: sought, knots: Some(8), ..History::default() };
     let fault = invert_flux(&case, &mut march(), &requested(None)).expect_err("two sources");
     assert!(fault.to_string().contains("give --quantity flux or --quantity radiant-flux"), "{fault}");
     let found = invert_flux(&case, &mut march(), &requested(Some(HeatingQuantity::Flux))).expect("a history");
@@ -198,7 +199,7 @@ fn undetermined_knots_are_marked_and_excluded_from_the_interval_of_the_integral(
 }
 
 fn found(case: &Case, knots: usize, smoothing: Option<f64>) -> FluxInversion {
-    invert_flux(case, &mut march(), &InversionOptions { quantity: None, knots: Some(knots), smoothing })
+    invert_flux(case, &mut march(), &History { knots: Some(knots), smoothing, ..History::default() })
         .expect("a history")
 }
 
@@ -268,11 +269,7 @@ fn data_that_no_heating_explains_are_reported() {
 
 #[test]
 fn a_held_face_is_an_error() {
-    let fault = invert_flux(
-        &case("lcat-2259-tc3"),
-        &mut march(),
-        &InversionOptions { quantity: None, knots: None, smoothing: None },
-    );
+    let fault = invert_flux(&case("lcat-2259-tc3"), &mut march(), &History::default());
     assert!(matches!(fault, Err(InversionError::HeldFace { .. })), "{fault:?}");
 }
 

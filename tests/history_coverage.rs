@@ -6,7 +6,8 @@ use bondline::case::{Case, Face, Observation, Schedule};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
-use bondline::study::flux_inversion::{FluxInversion, HeatingQuantity, InversionOptions, invert_flux};
+use bondline::question;
+use bondline::study::flux_inversion::{FluxInversion, HeatingQuantity, invert_flux};
 use bondline::study::nominal::nominal;
 use bondline::study::twin::Noise;
 use std::collections::BTreeMap;
@@ -243,7 +244,7 @@ fn counted(
         let observed = modified(&case, |case| {
             case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }];
         });
-        let options = InversionOptions { quantity: None, knots: None, smoothing: None };
+        let options = question::History::default();
         let found = invert_flux(&observed, &mut march, &options).expect("a history");
         all.add(&found, &heating);
         by_kind.entry((kind, correlated, sensor)).or_default().add(&found, &heating);

@@ -3,7 +3,8 @@
 use crate::cli::CASE;
 use crate::support::{Scratch, case};
 use bondline::case::Case;
-use bondline::session::{BackendKind, Options, Session, StudyOptions, UncertaintyOptions};
+use bondline::question::Study;
+use bondline::session::{BackendKind, Options, Session};
 use bondline::study::sweep_piece::fingerprint;
 use serde_json::Value;
 
@@ -72,8 +73,7 @@ fn the_answers_of_a_study_are_serialised_to_the_bit() {
     let case = case("slab");
     let mut session =
         Session::open(case, &Options::default().backend(BackendKind::Cpu)).expect("the CPU does not fail");
-    let sweep = UncertaintyOptions { members: 30, ..UncertaintyOptions::default() };
-    let answers = session.study(&StudyOptions { sweep, ..StudyOptions::default() }).expect("a study");
+    let answers = session.study(&Study { members: 30, ..Study::default() }).expect("a study");
     let text = serde_json::to_string(answers).expect("answers can be written");
     let read: Value = serde_json::from_str(&text).expect("JSON");
     let numbers = |value: &Value| -> Vec<f64> {

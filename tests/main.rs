@@ -30,6 +30,7 @@ mod paper; // the chapter on the figures of the paper
 mod peaks; // peaks between output instants: exact solutions, probabilities, derivatives, times above limits
 mod posterior; // posteriors against linear intervals and profiles; prediction of unfitted sensors
 mod pyrometer; // readings by Planck's law; estimates from them
+mod questions; // fields of questions: options of the command, defaults, keys of a file
 mod rare_probability; // sampling until an interval is narrow, rare probabilities
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod sensor_convergence; // convergence of sensors beside plies that decompose

@@ -4,7 +4,8 @@ use crate::cli::run;
 use crate::support::{Scratch, root};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::SamplingKind;
-use bondline::session::{BackendKind, Options, Session, UncertaintyOptions};
+use bondline::question::{Draw, Uncertainty};
+use bondline::session::{BackendKind, Options, Session};
 use bondline::study::margins::{Margin, MarginSpread};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -235,7 +236,7 @@ fn probabilities_and_percentiles_of_a_linear_case_are_those_of_its_factor() {
     let (mut held, mut held_p99, mut bounded) = (0, 0, 0);
     const SWEEPS: u64 = 60;
     for seed in 1..=SWEEPS {
-        let options = UncertaintyOptions { members: 400, seed, ..UncertaintyOptions::default() };
+        let options = Uncertainty { members: 400, draw: Draw { seed, ..Draw::default() }, ..Uncertainty::default() };
         let swept = session.uncertainty(&options).expect("a sweep");
         let statistics = swept.margins.expect("margins");
         let MarginSpread { exceeding_interval, percentiles, tolerance_bound_k, .. } = &statistics.limits[0];
@@ -280,7 +281,7 @@ fn session_command_and_merged_parts_have_the_same_margins() {
     let table = |folder: &str| fs::read(scratch.path().join(folder).join("margins.csv")).expect("a table");
     assert!(table("whole") == table("merged"));
     let mut session = open(Case::load(&scratch.path().join("c")).expect("a case"));
-    let options = UncertaintyOptions { members: 90, ..UncertaintyOptions::default() };
+    let options = Uncertainty { members: 90, ..Uncertainty::default() };
     let swept = session.uncertainty(&options).expect("a sweep");
     let statistics = swept.margins.expect("margins");
     for (spread, written) in statistics.limits.iter().zip(whole["margins"].as_array().expect("a list")) {

@@ -7,9 +7,9 @@ use bondline::ensemble::{Ensemble, Marginal, SamplingKind};
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
-use bondline::session::{BackendKind, Options, Session, UncertaintyOptions};
+use bondline::question::{Goal, Uncertainty};
+use bondline::session::{BackendKind, Options, Session};
 use bondline::study::nominal::Prediction;
-use bondline::study::sequential_sampling::PrecisionTarget;
 use bondline::verify::exact::erfc;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -143,11 +143,10 @@ fn a_probability_of_exceeding_a_peak_is_that_of_its_factor_with_and_without_a_li
     let limit_k = 300.0 + 0.97 * (exact_k - 300.0);
     let probability = |text: &str| {
         let mut session = open(&every(text, 6.0));
-        let target = format!("P(F > {limit_k} K) ± 0.01");
-        let target = PrecisionTarget::parse(&target, session.case()).expect("a target");
-        let options = UncertaintyOptions { members: 2000, ..UncertaintyOptions::default() };
-        let found = session.uncertainty_until(&options, &target, &mut |_, _| {}).expect("an answer");
-        let swept = session.uncertainty(&options).expect("a sweep");
+        let goal = Goal::Until(format!("P(F > {limit_k} K) ± 0.01"));
+        let question = Uncertainty { members: 2000, goal, ..Uncertainty::default() };
+        let found = session.uncertainty_until(&question, &mut |_, _| {}).expect("an answer");
+        let swept = session.uncertainty(&Uncertainty { goal: Goal::Whole, ..question }).expect("a sweep");
         (found.last().expect("a look").estimate, swept)
     };
     let (plain, swept) = probability(PULSE);

@@ -9,7 +9,8 @@ use bondline::march::cpu::Cpu;
 use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
-use bondline::session::{Options, Session, UncertaintyOptions};
+use bondline::question::Uncertainty;
+use bondline::session::{Options, Session};
 use bondline::study::estimate::{SearchOptions, estimate};
 use bondline::study::twin::{Noise, twin};
 use std::collections::BTreeMap;
@@ -255,7 +256,7 @@ fn percentiles_of_a_sweep_contain_the_uncertainty_of_the_emissivity_of_a_held_fa
     let sweep = |deviation: f64| {
         let case = held_with_deviation(&readings, 0.7, deviation, "");
         let mut session = Session::open(case, &Options::default()).expect("a processor");
-        let options = UncertaintyOptions { members: MEMBERS, ..Default::default() };
+        let options = Uncertainty { members: MEMBERS, ..Default::default() };
         let found = session.uncertainty(&options).expect("a sweep");
         let effect = session.answers().and_then(|answers| answers.driver_emissivity.clone()).expect("an effect");
         let last = |values: &[f64]| *values.last().expect("an instant");

@@ -3,8 +3,9 @@
 use crate::cli::{CASE, run};
 use crate::support::{Scratch, case, runs_all};
 use bondline::case::Case;
-use bondline::session::{BackendKind, Options, Session, UncertaintyOptions};
-use bondline::study::sequential_sampling::{PrecisionReached, PrecisionTarget};
+use bondline::question::{Draw, Goal, Uncertainty};
+use bondline::session::{BackendKind, Options, Session};
+use bondline::study::sequential_sampling::PrecisionReached;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -40,9 +41,9 @@ fn exact_probability(temperature_k: f64) -> f64 {
 }
 
 fn reached(session: &mut Session, target: &str, members: usize, seed: u64) -> PrecisionReached {
-    let options = UncertaintyOptions { members, seed, ..UncertaintyOptions::default() };
-    let target = PrecisionTarget::parse(target, session.case()).unwrap_or_else(|error| panic!("{error}"));
-    session.uncertainty_until(&options, &target, &mut |_, _| {}).expect("an answer")
+    let (draw, goal) = (Draw { seed, ..Draw::default() }, Goal::Until(target.to_owned()));
+    let question = Uncertainty { members, draw, goal, ..Uncertainty::default() };
+    session.uncertainty_until(&question, &mut |_, _| {}).expect("an answer")
 }
 
 fn slab() -> Session {

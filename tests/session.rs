@@ -2,17 +2,18 @@
 
 use crate::cli::run;
 use crate::support::{Scratch, adapter, case, cases, modified, root, runs_all, without_run};
-use bondline::case::{Bounds, Case};
+use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::march::cpu::Cpu;
+use bondline::question::{
+    Design, Draw, Estimate, FactorValue, Fit, Goal, History, Limit, ObservationSelection, PlyChoice, Prior,
+    Requirement, Sensitivity, Size, Study, Trade, Twin, Uncertainty,
+};
 use bondline::report::files::OutputFolder;
 use bondline::session::{
-    BackendKind, CancelToken, Checkpoint, Derivatives, DesignOptions, EstimateOptions, FitOptions, HistoryOptions,
-    LogPart, ObservationSelection, Options, PlanCache, PlyChoice, Progress, SensitivityOptions, Session, SessionError,
-    SizeOptions, Start, StudyOptions, TradeOptions, TwinOptions, TwinStudyOptions, UncertaintyOptions,
+    BackendKind, CancelToken, Checkpoint, LogPart, Options, PlanCache, Progress, Session, SessionError,
 };
-use bondline::study::sequential_sampling::PrecisionTarget;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -22,8 +23,12 @@ fn open(case: Case) -> Session {
     Session::open(case, &Options::default().backend(BackendKind::Cpu)).expect("the CPU is always available")
 }
 
-fn sweep(members: usize) -> UncertaintyOptions {
-    UncertaintyOptions { members, ..UncertaintyOptions::default() }
+fn sweep(members: usize) -> Uncertainty {
+    Uncertainty { members, ..Uncertainty::default() }
+}
+
+fn requirement(part: &str, limit_k: f64, probability: f64) -> Requirement {
+    Requirement { limit: Some(Limit::new(part, limit_k)), probability, ..Requirement::default() }
 }
 
 /// The summary of a report without times.
@@ -112,25 +117,25 @@ fn a_session_gives_all_answers_of_the_command_bit_identically() {
         let mut session = open(case);
         let peak_k = session.predict().expect("a prediction").peaks.last().expect("a sensor").temperature_k;
         let limit_k = peak_k.round();
-        let sweep = sweep(MEMBERS);
-        let size = SizeOptions { probability: 0.8, sweep, ..SizeOptions::new(ply.as_str(), sensor.as_str(), limit_k) };
+        let (requirement, draw) = (requirement(&sensor, limit_k, 0.8), Draw::default());
+        let size = Size { ply: ply.clone(), requirement, members: MEMBERS, draw };
         let size_words = format!("size {path} --ply {ply} --limit {sensor}<{limit_k}K --probability 0.8 -n {MEMBERS}");
         let mut check = |study: usize, session: &Session, result: Result<(), SessionError>, words: String| {
             answered[study] += usize::from(same_or_refused(session, result, &scratch, &(words + set)));
         };
-        let result = session.uncertainty(&sweep).map(drop);
+        let result = session.uncertainty(&sweep(MEMBERS)).map(drop);
         check(0, &session, result, format!("uncertainty {path} -n {MEMBERS}"));
-        let result = session.sensitivity(&SensitivityOptions::default()).map(drop);
+        let result = session.sensitivity(&Sensitivity::default()).map(drop);
         check(1, &session, result, format!("sensitivity {path}"));
-        let result = session.estimate(&EstimateOptions::default()).map(drop);
+        let result = session.estimate(&Estimate::default()).map(drop);
         check(2, &session, result, format!("estimate {path}"));
-        let result = session.study(&StudyOptions { sweep, ..StudyOptions::default() }).map(drop);
+        let result = session.study(&Study { members: MEMBERS, ..Study::default() }).map(drop);
         check(3, &session, result, format!("study {path} -n {MEMBERS}"));
         let result = session.size(&size).map(drop);
         check(4, &session, result, size_words);
-        let result = session.history(&HistoryOptions { knots: Some(3), ..HistoryOptions::default() }).map(drop);
+        let result = session.history(&History { knots: Some(3), ..History::default() }).map(drop);
         check(5, &session, result, format!("history {path} --knots 3"));
-        let result = session.twin_study(&TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(2) }).map(drop);
+        let result = session.twin_study(&Twin { noise_k: Some(2.0), ..Twin::study(2) }).map(drop);
         check(6, &session, result, format!("twin {path} --study 2 --noise 2K"));
         let result = session.observations().map(drop);
         check(7, &session, result, format!("observations {path}"));
@@ -144,38 +149,38 @@ fn options_of_a_session_equal_those_of_the_command() {
     let mut session = open(case("slab"));
     let names: Vec<String> = session.case().factors().iter().map(|factor| factor.name.clone()).collect();
     let observations = ObservationSelection { window_s: Some((0.0, 40.0)), ..ObservationSelection::default() };
-    let start = Start { factor: names[0].clone(), case: None, value: 1.1 };
-    let fit = FitOptions { factors: vec![names[0].clone()], start: vec![start], ..FitOptions::default() };
-    let found = session.estimate(&EstimateOptions { observations, fit, ..EstimateOptions::default() });
+    let start = FactorValue::new(&names[0], 1.1);
+    let fit = Fit { factors: vec![names[0].clone()], start: vec![start], ..Fit::default() };
+    let found = session.estimate(&Estimate { observations, fit, ..Estimate::default() });
     assert_eq!(found.expect("an estimate").factors.len(), 1);
     let typed = format!("estimate {} --factors {} --start {}=1.1 --window 0:40", at("slab"), names[0], names[0]);
     same_report(&session, &scratch, &typed);
     assert!(session.case().estimate().window_s != Some((0.0, 40.0)), "a study changed the case of the session");
 
-    let derivatives = Derivatives::Difference(Some(1e-4));
-    session.sensitivity(&SensitivityOptions { derivatives, ..Default::default() }).expect("derivatives");
+    session.sensitivity(&Sensitivity { step: Some(1e-4), ..Default::default() }).expect("derivatives");
     same_report(&session, &scratch, &format!("sensitivity {} --step 1e-4", at("slab")));
 
-    let twins = TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(3) };
+    let twins = Twin { noise_k: Some(2.0), ..Twin::study(3) };
     session.twin_study(&twins).expect("a study of twins");
     same_report(&session, &scratch, &format!("twin {} --study 3 --noise 2K", at("slab")));
 
-    let target = PrecisionTarget::parse("P(BACK > 760 K) ± 20 %", session.case()).expect("a target");
-    session.uncertainty_until(&sweep(20_000), &target, &mut |_, _| {}).expect("a probability");
+    let goal = Goal::Until("P(BACK > 760 K) ± 20 %".to_owned());
+    session.uncertainty_until(&Uncertainty { goal, ..sweep(20_000) }, &mut |_, _| {}).expect("a probability");
     same_report(&session, &scratch, &format!("uncertainty {} -n 20000 --until P(BACK>760K)±20%", at("slab")));
 
     let mut layups = open(case("lcat-2259"));
     let materials = ["pyrogel3350", "apa"].map(str::to_owned).to_vec();
     let choices = vec![PlyChoice { ply: "INS".to_owned(), materials }];
-    let size = SizeOptions { probability: 0.8, sweep: sweep(30), ..SizeOptions::new("INS", "TC4", 900.0) };
-    let trade = TradeOptions { choices, size, exposures: vec![case("lcat-2330")] };
+    let (size, requirement) = ("INS".to_owned(), requirement("TC4", 900.0, 0.8));
+    let exposures = vec![case("lcat-2330").into()];
+    let trade = Trade { choices, size, requirement, members: 30, exposures, ..Trade::default() };
     layups.trade(&trade).expect("a trade study");
     let cases = format!("{} {}", at("lcat-2259"), at("lcat-2330"));
     let words = format!("trade {cases} --ply INS=pyrogel3350,apa --size INS --limit TC4<900K --probability 0.8 -n 30");
     same_report(&layups, &scratch, &words);
 
-    let truth = vec![(names[0].clone(), 1.05)];
-    let made = session.twin(&TwinOptions { truth, noise_k: 1.0, ..TwinOptions::default() }).expect("a twin");
+    let truth = vec![FactorValue::new(&names[0], 1.05)];
+    let made = session.twin(&Twin { truth, noise_k: Some(1.0), ..Twin::default() }).expect("a twin");
     let words =
         format!("twin {} --truth {}=1.05 --noise 1K --backend cpu --quiet --out made.csv", at("slab"), names[0]);
     run(&scratch, &words).succeeded();
@@ -203,8 +208,8 @@ fn a_second_session_takes_every_plan_of_a_study_from_the_cache() {
     type Study = fn(&mut Session, Case) -> String;
     let studies: [(&str, usize, Study); 3] = [
         ("another case", 2, |session, other| {
-            let fit = FitOptions { factors: vec!["f_k_INS".to_owned()], ..FitOptions::default() };
-            let options = EstimateOptions { other_cases: vec![other], fit, ..EstimateOptions::default() };
+            let fit = Fit { factors: vec!["f_k_INS".to_owned()], ..Fit::default() };
+            let options = Estimate { others: vec![other.into()], fit, ..Estimate::default() };
             format!("{:?}", session.estimate(&options).expect("an estimate"))
         }),
         ("a comparison", 2, |session, other| {
@@ -214,12 +219,12 @@ fn a_second_session_takes_every_plan_of_a_study_from_the_cache() {
                 (case.observations, case.layup, case.sensors) =
                     (own.observations().to_vec(), own.layup().clone(), own.sensors().to_vec());
             });
-            let fit = FitOptions { factors: vec!["f_k_INS".to_owned()], ..FitOptions::default() };
-            let options = EstimateOptions { comparison_case: Some(other), fit, ..EstimateOptions::default() };
+            let fit = Fit { factors: vec!["f_k_INS".to_owned()], ..Fit::default() };
+            let options = Estimate { compare: Some(other.into()), fit, ..Estimate::default() };
             format!("{:?}", session.estimate(&options).expect("an estimate"))
         }),
         ("a design", 3, |session, other| {
-            let options = DesignOptions { others: vec![other], members: 4, ..DesignOptions::new(["f_k_INS"], 1) };
+            let options = Design { others: vec![other.into()], members: 4, ..Design::new(["f_k_INS"], 1) };
             format!("{:?}", session.design(&options).expect("a design"))
         }),
     ];
@@ -254,12 +259,12 @@ fn sent(part: LogPart) -> LogPart {
 #[test]
 fn an_estimate_from_minimisations_of_other_sessions_is_that_of_one_session_bit_for_bit() {
     const STARTS: usize = 9;
-    for prior in [None, Some(Bounds::Small)] {
-        let fit = FitOptions { prior: Some(prior), starts: STARTS, ..FitOptions::default() };
-        let options = EstimateOptions { fit, ..EstimateOptions::default() };
+    for prior in [Prior::None, Prior::Small] {
+        let fit = Fit { prior: Some(prior), starts: STARTS, ..Fit::default() };
+        let options = Estimate { fit, ..Estimate::default() };
         let whole = format!("{:?}", open(case("slab")).estimate(&options).expect("an estimate"));
         let rounds = options.rounds(&case("slab")).expect("rounds");
-        assert_eq!(rounds.len(), if prior.is_some() { 2 } else { 1 });
+        assert_eq!(rounds.len(), if prior == Prior::None { 1 } else { 2 });
         let mut parts: Vec<LogPart> = Vec::new();
         for round in rounds {
             for (first, end) in [(4, STARTS), (0, 4)] {
@@ -274,8 +279,8 @@ fn an_estimate_from_minimisations_of_other_sessions_is_that_of_one_session_bit_f
         assert_eq!(format!("{merged:?}"), whole);
         assert_eq!(merged.start_results.len(), STARTS);
 
-        let fewer = FitOptions { starts: STARTS - 1, ..options.fit.clone() };
-        let other = open(case("slab")).estimate_from(&EstimateOptions { fit: fewer, ..options.clone() }, &parts);
+        let fewer = Fit { starts: STARTS - 1, ..options.fit.clone() };
+        let other = open(case("slab")).estimate_from(&Estimate { fit: fewer, ..options.clone() }, &parts);
         assert!(other.is_err_and(|error| error.to_string().contains("of another study")));
         let without_first = open(case("slab")).estimate_from(&options, &parts[..1]);
         assert!(without_first.is_err_and(|error| error.to_string().contains("no part has rows 0..4")));
@@ -286,12 +291,12 @@ fn an_estimate_from_minimisations_of_other_sessions_is_that_of_one_session_bit_f
 
 #[test]
 fn a_coverage_study_from_fits_of_other_sessions_is_that_of_one_session_bit_for_bit() {
-    let options = TwinStudyOptions::new(12);
+    let options = Twin::study(12);
     let whole = format!("{:?}", open(case("slab")).twin_study(&options).expect("a study"));
     let part = |rows| sent(open(case("slab")).twin_study_part(&options, rows).expect("a part"));
     let merged = open(case("slab")).twin_study_from(&options, &[part(5..12), part(0..5)]).expect("a study");
     assert_eq!(format!("{merged:?}"), whole);
-    let other = TwinStudyOptions { seed: 2, ..options.clone() };
+    let other = Twin { seed: 2, ..options.clone() };
     let refused = open(case("slab")).twin_study_from(&other, &[part(0..5)]);
     assert!(refused.is_err_and(|error| error.to_string().contains("of another study")));
     assert_ne!(format!("{:?}", open(case("slab")).twin_study(&other).expect("a study")), whole);
@@ -311,7 +316,7 @@ fn stated_members_are_computed_with_their_derivatives() {
     assert_eq!((traces.members(), traces.member(0)), (2, predicted.temperatures_k.concat().as_slice()));
     assert!(traces.member(1) != traces.member(0), "members do not differ");
     let with_derivatives = session.tangents(&points, &[0]).expect("a march").expect("the CPU has derivatives");
-    let derivatives = session.sensitivity(&SensitivityOptions::default()).expect("derivatives");
+    let derivatives = session.sensitivity(&Sensitivity::default()).expect("derivatives");
     assert_eq!(
         (with_derivatives.members(), with_derivatives.member(1)),
         (4, derivatives.derivatives_k[0].concat().as_slice())
@@ -319,8 +324,8 @@ fn stated_members_are_computed_with_their_derivatives() {
 
     let wrong = Ensemble::from_values(factors + 1, vec![1.0; factors + 1]);
     let (rows, index) = (session.march(&wrong), session.tangents(&points, &[factors]));
-    assert!(matches!(rows, Err(SessionError::Input(error)) if error.option == Some("points")));
-    assert!(matches!(index, Err(SessionError::Input(error)) if error.option == Some("factors")));
+    assert!(matches!(rows, Err(SessionError::Input(error)) if error.option.as_deref() == Some("points")));
+    assert!(matches!(index, Err(SessionError::Input(error)) if error.option.as_deref() == Some("factors")));
 }
 
 #[test]
@@ -448,7 +453,7 @@ fn a_study_cancelled_in_the_envelope_of_a_sweep_or_in_the_adaptation_of_sizing_r
     Session::open(case("slab"), &options).expect("the CPU is always available");
     let opening = seen.lock().expect("no callback panics").len();
     assert!(opening > 1 && !cancel.is_cancelled(), "{opening} reports of the adaptation");
-    let size = SizeOptions { sweep: sweep(500), ..SizeOptions::new("SLAB", "BACK", 600.0) };
+    let size = Size { members: 500, ..Size::new("SLAB", "BACK", 600.0) };
     type Study<'a> = &'a dyn Fn(&mut Session) -> Result<(), SessionError>;
     let studies: [Study<'_>; 2] =
         [&|session| session.uncertainty(&sweep(20_000)).map(drop), &|session| session.size(&size).map(drop)];
@@ -467,30 +472,32 @@ fn a_study_cancelled_in_the_envelope_of_a_sweep_or_in_the_adaptation_of_sizing_r
 #[test]
 fn an_error_names_the_invalid_option() {
     let refused = |options: Options| match Session::open(case("slab"), &options) {
-        Err(SessionError::Input(error)) => error.option,
+        Err(SessionError::Input(error)) => error.option.map(|option| option.into_owned()),
         _ => None,
     };
-    assert_eq!(refused(Options::default().tolerance_k(-1.0)), Some("tolerance_k"));
-    assert_eq!(refused(Options::default().tolerance_k(f64::NAN)), Some("tolerance_k"));
-    assert_eq!(refused(Options::default().threads(0)), Some("threads"));
-    assert_eq!(refused(Options::default().backend(BackendKind::Cpu).device("H200")), Some("device"));
+    assert_eq!(refused(Options::default().tolerance_k(-1.0)), Some("tolerance_k".to_owned()));
+    assert_eq!(refused(Options::default().tolerance_k(f64::NAN)), Some("tolerance_k".to_owned()));
+    assert_eq!(refused(Options::default().threads(0)), Some("threads".to_owned()));
+    assert_eq!(refused(Options::default().backend(BackendKind::Cpu).device("H200")), Some("device".to_owned()));
     let device = Options::default().backend(BackendKind::Gpu).device("Voodoo2");
     assert!(matches!(Session::open(case("slab"), &device), Err(SessionError::March(_))));
 
     let mut session = open(case("slab"));
-    let size = SizeOptions { probability: 1.0, ..SizeOptions::new("SLAB", "BACK", 600.0) };
-    let many = SizeOptions { sweep: sweep(10), ..SizeOptions::new("SLAB", "BACK", 600.0) };
+    let certain = requirement("BACK", 600.0, 1.0);
+    let size = Size { requirement: certain, ..Size::new("SLAB", "BACK", 600.0) };
+    let many = Size { members: 10, ..Size::new("SLAB", "BACK", 600.0) };
+    let beyond = Uncertainty { goal: Goal::Part(4..11), ..sweep(10) };
     let named = [
         (session.uncertainty(&sweep(1)).err(), "members"),
-        (session.uncertainty_part(&sweep(10), 4..11, &mut |_, _| {}).err(), "part"),
+        (session.uncertainty_part(&beyond, &mut |_, _| {}).err(), "part"),
         (session.size(&size).err(), "probability"),
         (session.size(&many).err(), "members"),
-        (session.twin(&TwinOptions { noise_k: f64::NAN, ..TwinOptions::default() }).err(), "noise_k"),
-        (session.twin_study(&TwinStudyOptions::new(1)).err(), "data_sets"),
+        (session.twin(&Twin { noise_k: Some(f64::NAN), ..Twin::default() }).err(), "noise"),
+        (session.twin_study(&Twin::study(1)).err(), "study"),
     ];
     for (error, option) in named {
         assert!(
-            matches!(&error, Some(SessionError::Input(error)) if error.option == Some(option)),
+            matches!(&error, Some(SessionError::Input(error)) if error.option.as_deref() == Some(option)),
             "{option}: {error:?}"
         );
     }

@@ -3,8 +3,9 @@
 
 use crate::support::{Scratch, case};
 use bondline::case::{Case, Material, Property, Table};
+use bondline::question::{self, Draw, Limit, NamedCase, PlyChoice, Requirement, Size};
 use bondline::report::files::OutputFolder;
-use bondline::session::{BackendKind, Options, PlyChoice, Session, SizeOptions, TradeOptions, UncertaintyOptions};
+use bondline::session::{BackendKind, Options, Session};
 use bondline::study::trade::{SizedLayup, Trade};
 use std::sync::Arc;
 
@@ -19,9 +20,13 @@ fn lcat(id: &str) -> Case {
     builder.build().expect("a valid case")
 }
 
-fn size(limit_k: f64, seed: u64) -> SizeOptions {
-    let sweep = UncertaintyOptions { members: 60, seed, ..UncertaintyOptions::default() };
-    SizeOptions { probability: 0.9, sweep, ..SizeOptions::new("INS", "TC4", limit_k) }
+fn requirement(limit_k: f64) -> Requirement {
+    Requirement { limit: Some(Limit::new("TC4", limit_k)), probability: 0.9, ..Requirement::default() }
+}
+
+fn size(limit_k: f64, seed: u64) -> Size {
+    let (ply, draw) = ("INS".to_owned(), Draw { seed, ..Draw::default() });
+    Size { ply, requirement: requirement(limit_k), members: 60, draw }
 }
 
 fn choice(ply: &str, materials: &[&str]) -> PlyChoice {
@@ -29,10 +34,11 @@ fn choice(ply: &str, materials: &[&str]) -> PlyChoice {
 }
 
 /// Four insulators and two barriers that differ in nothing that matters here.
-fn options(limit_k: f64, seed: u64) -> TradeOptions {
+fn options(limit_k: f64, seed: u64) -> question::Trade {
     let choices =
         vec![choice("INS", &["pyrogel3350", "pi-aerogel", "saffil-96", "apa"]), choice("GB", &["akk", "kkl"])];
-    TradeOptions { choices, size: size(limit_k, seed), exposures: Vec::new() }
+    let (size, draw) = ("INS".to_owned(), Draw { seed, ..Draw::default() });
+    question::Trade { choices, size, requirement: requirement(limit_k), members: 60, draw, exposures: Vec::new() }
 }
 
 /// The case with a material of some group.
@@ -48,7 +54,7 @@ fn layup<'a>(found: &'a Trade, materials: &[&str]) -> &'a SizedLayup {
     found.layups.iter().find(|layup| found.materials_of(layup) == materials).expect("a layup of the choices")
 }
 
-fn trade(case: Case, options: &TradeOptions) -> Trade {
+fn trade(case: Case, options: &question::Trade) -> Trade {
     session(case).trade(options).expect("a trade study")
 }
 
@@ -98,9 +104,9 @@ fn a_layup_under_two_exposures_has_the_larger_thickness_of_each_member() {
     let mut hotter = case("lcat-2330").to_builder();
     hotter.resolution.tolerance_k = Some(1.0);
     let hotter = hotter.build().expect("a valid case");
-    let options = |exposures: Vec<Case>| TradeOptions {
+    let options = |exposures: Vec<Case>| question::Trade {
         choices: vec![choice("INS", &["pyrogel3350", "saffil-96"])],
-        exposures,
+        exposures: exposures.into_iter().map(NamedCase::from).collect(),
         ..options(650.0, 1)
     };
     let both = trade(lcat("lcat-2259"), &options(vec![hotter.clone()]));
@@ -132,7 +138,7 @@ fn a_layup_that_no_thickness_suffices_for_has_no_rank() {
     let needed_m = |id: &str| layup(&free, &[id]).required.found_m().expect("between the bounds");
     let (thin_m, thick_m) = (needed_m("pyrogel3350"), needed_m("saffil_96"));
     assert!(thin_m < 0.9 * thick_m, "{thin_m} and {thick_m}");
-    options.size.thickness_range_m = Some((1.5e-3, 0.5 * (thin_m + thick_m)));
+    options.requirement.thickness_range_m = Some((1.5e-3, 0.5 * (thin_m + thick_m)));
     let found = trade(lcat("lcat-2259"), &options);
     assert_eq!(found.ranked().len(), 1);
     let (ranked, unranked) = (&found.ranked()[0], &found.unranked()[0]);
@@ -143,7 +149,7 @@ fn a_layup_that_no_thickness_suffices_for_has_no_rank() {
 
 #[test]
 fn a_property_that_changes_as_far_as_stated_makes_the_other_layup_as_light() {
-    let options = TradeOptions { choices: vec![choice("OF", &["nextel440-bf20", "sic-5hs"])], ..options(650.0, 1) };
+    let options = question::Trade { choices: vec![choice("OF", &["nextel440-bf20", "sic-5hs"])], ..options(650.0, 1) };
     let cloth = Material::named("sic-5hs").expect("a known one");
     let found = trade(with_material(&lcat("lcat-2259"), "OF", &cloth), &options);
     let gap_kg_m2 = |found: &Trade| {
@@ -179,7 +185,7 @@ fn a_property_that_changes_as_far_as_stated_makes_the_other_layup_as_light() {
 fn a_study_without_a_rank_has_a_report() {
     let mut options = options(320.0, 1);
     options.choices = vec![choice("INS", &["pyrogel3350", "saffil-96"])];
-    options.size.thickness_range_m = Some((1.5e-3, 6e-3));
+    options.requirement.thickness_range_m = Some((1.5e-3, 6e-3));
     let mut session = session(lcat("lcat-2259"));
     assert!(session.trade(&options).expect("a trade study").ranked().is_empty());
     let summary = session.summary().expect("a summary");

@@ -3,16 +3,14 @@
 use crate::errors;
 use crate::question::{self, Answers};
 use crate::work::Watch;
-use bondline::command::args::{Cli, Command, MarchArgs, convert};
-use bondline::session::{Options, PlanCache};
+use bondline::session::{BackendOptions, Options, PlanCache};
 use bondline::study::sweep_piece::fingerprint;
 use bondline::study::thermocouple_residuals::samples;
 use bondline::{Ensemble, Session, Traces};
-use clap::Parser;
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pythonize::pythonize;
+use pythonize::{depythonize, pythonize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -22,9 +20,22 @@ type TracesAndPeaks<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>
 /// The same with their derivatives.
 type DerivedTracesAndPeaks<'py> = (Bound<'py, PyArray4<f64>>, Bound<'py, PyArray4<f64>>);
 
+/// The options of a session: `backend`, `precision` and `device`.
+#[derive(Clone)]
+pub(crate) struct SessionOptions(pub(crate) BackendOptions);
+
+impl<'py> FromPyObject<'_, 'py> for SessionOptions {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let options = depythonize(&given).map_err(|error| errors::OptionError::new_err(error.to_string()));
+        options.map(Self)
+    }
+}
+
 /// A session, and the options that it was opened with.
 struct OpenSession {
-    options: Vec<String>,
+    options: BackendOptions,
     watch: Watch,
     session: Session,
 }
@@ -46,16 +57,15 @@ impl Case {
         &self.case
     }
 
-    /// Runs `work` on a session with these options of the command. The session stays open for the next call with the
+    /// Runs `work` on a session with these options. The session stays open for the next call with the
     /// same options, unless the work was cancelled.
     pub(crate) fn with_session<T: Send>(
         &self,
         py: Python<'_>,
-        options: &[String],
+        options: BackendOptions,
         report: Option<&Bound<'_, PyAny>>,
         work: impl FnOnce(&mut Session) -> PyResult<T> + Send,
     ) -> PyResult<T> {
-        let march = march_args(options)?;
         let kept = py.detach(|| self.session.lock().unwrap_or_else(PoisonError::into_inner).take());
         let kept = kept.filter(|kept| kept.options == options);
         let watch = kept.as_ref().map_or_else(Watch::default, |kept| kept.watch.clone());
@@ -63,9 +73,9 @@ impl Case {
             let mut open = match kept {
                 Some(open) => open,
                 None => {
-                    let session = Session::open(self.case.clone(), &session_options(&march, &watch)?)
+                    let session = Session::open(self.case.clone(), &session_options(options.clone(), &watch))
                         .map_err(|error| errors::session_error(&error))?;
-                    OpenSession { options: options.to_vec(), watch: watch.clone(), session }
+                    OpenSession { options, watch: watch.clone(), session }
                 }
             };
             let result = work(&mut open.session);
@@ -77,38 +87,16 @@ impl Case {
     }
 }
 
-/// The options of marches among words of the command.
-fn march_args(words: &[String]) -> PyResult<MarchArgs> {
-    match parse("predict", words)? {
-        Command::Predict { case, .. } => Ok(case.march),
-        _ => Err(PyValueError::new_err("the words are of another command")),
-    }
-}
-
 /// The options of a session.
-fn session_options(march: &MarchArgs, watch: &Watch) -> PyResult<Options> {
-    let choice = convert::choice(march).map_err(|failure| errors::failure(&failure))?;
+fn session_options(march: BackendOptions, watch: &Watch) -> Options {
     let progress = watch.clone();
     let mut options = Options::default()
-        .backend(choice.kind)
         .cancel(&watch.cancel)
         .progress(move |now| progress.set(now))
-        .command_line(convert::command_line());
-    (options.precision, options.device) = (choice.precision, choice.device);
-    options.instruction_set = choice.instruction_set;
+        .command_line(bondline::command::run::command_line());
+    options.march = march;
     options.plan_cache = PlanCache::of_user();
-    Ok(options)
-}
-
-/// A command with its options.
-pub(crate) fn parse(command: &str, words: &[String]) -> PyResult<Command> {
-    let fixed = ["bondline", command, "case"].map(str::to_owned);
-    let parsed = Cli::try_parse_from(fixed.iter().chain(words));
-    parsed.map(|cli| cli.command).map_err(|error| {
-        let text = error.render().to_string();
-        let message = text.split("\n\n").next().unwrap_or(&text);
-        errors::OptionError::new_err(message.trim_start_matches("error: ").trim().to_owned())
-    })
+    options
 }
 
 /// The members of an array with a row for each.
@@ -171,11 +159,11 @@ impl Case {
     fn instants_s<'py>(
         &self,
         py: Python<'py>,
-        options: Vec<String>,
+        options: SessionOptions,
         report: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let instants =
-            self.with_session(py, &options, report.as_ref(), |session| Ok(session.plan().instants_s().to_vec()))?;
+        let instants = self
+            .with_session(py, options.0.clone(), report.as_ref(), |session| Ok(session.plan().instants_s().to_vec()))?;
         Ok(instants.into_pyarray(py))
     }
 
@@ -186,11 +174,11 @@ impl Case {
         &self,
         py: Python<'py>,
         points: PyReadonlyArray2<'py, f64>,
-        options: Vec<String>,
+        options: SessionOptions,
         report: Option<Bound<'py, PyAny>>,
     ) -> PyResult<TracesAndPeaks<'py>> {
         let members = ensemble(&points)?;
-        let [sensors, instants] = self.with_session(py, &options, report.as_ref(), |session| {
+        let [sensors, instants] = self.with_session(py, options.0.clone(), report.as_ref(), |session| {
             Ok([session.case().sensors().len(), session.plan().instants_s().len()])
         })?;
         // NumPy asks for huge pages, without which the first writes into a large array take as long as marching a tenth
@@ -200,7 +188,7 @@ impl Case {
         let mut writable = found.readwrite();
         let values = writable.as_slice_mut()?;
         let shape = [members.len(), sensors, 2];
-        let peaks = self.with_session(py, &options, report.as_ref(), move |session| {
+        let peaks = self.with_session(py, options.0.clone(), report.as_ref(), move |session| {
             let mut peaks = Vec::new();
             let take = &mut |batch: &Traces| {
                 let start = batch.first * sensors * instants;
@@ -220,12 +208,12 @@ impl Case {
         &self,
         py: Python<'py>,
         points: PyReadonlyArray2<'py, f64>,
-        options: Vec<String>,
+        options: SessionOptions,
         report: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let members = ensemble(&points)?;
         let count = members.len();
-        let (sensors, peaks) = self.with_session(py, &options, report.as_ref(), move |session| {
+        let (sensors, peaks) = self.with_session(py, options.0.clone(), report.as_ref(), move |session| {
             let mut peaks = Vec::new();
             let take = &mut |batch: &Traces| peaks.extend(question::peaks(batch));
             session.march_with(&members, take).map_err(|error| errors::session_error(&error))?;
@@ -242,12 +230,12 @@ impl Case {
         py: Python<'py>,
         points: PyReadonlyArray2<'py, f64>,
         factors: Vec<usize>,
-        options: Vec<String>,
+        options: SessionOptions,
         report: Option<Bound<'py, PyAny>>,
     ) -> PyResult<DerivedTracesAndPeaks<'py>> {
         let members = ensemble(&points)?;
         let (count, width) = (members.len(), 1 + factors.len());
-        let traces = self.with_session(py, &options, report.as_ref(), move |session| {
+        let traces = self.with_session(py, options.0.clone(), report.as_ref(), move |session| {
             let traces = session.tangents(&members, &factors).map_err(|error| errors::session_error(&error))?;
             traces.ok_or_else(|| errors::DeviceError::new_err("the backend has no derivatives"))
         })?;
@@ -262,26 +250,27 @@ impl Case {
     fn samples(
         &self,
         py: Python<'_>,
-        options: Vec<String>,
+        options: SessionOptions,
         report: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Vec<(usize, usize, f64, f64)>> {
-        self.with_session(py, &options, report.as_ref(), |session| {
+        self.with_session(py, options.0.clone(), report.as_ref(), |session| {
             let all = samples(session.case(), session.plan()).into_iter().flatten();
             Ok(all.map(|sample| (sample.sensor, sample.instant, sample.measured_k, sample.sigma_k)).collect())
         })
     }
 
-    /// Answers a question: the name of a command, its options, and the options of the session.
-    #[pyo3(signature = (command, words, options, keeps_members=false, report=None))]
+    /// Answers a question: its name, its options, and the options of the session.
+    #[pyo3(signature = (name, question, options, keeps_members=false, report=None))]
     fn ask<'py>(
         &self,
         py: Python<'py>,
-        command: &str,
-        words: Vec<String>,
-        options: Vec<String>,
+        name: &str,
+        question: &Bound<'py, PyAny>,
+        options: SessionOptions,
         keeps_members: bool,
         report: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Answers, Option<question::Members>)> {
-        question::ask(self, py, command, &words, &options, keeps_members, report.as_ref())
+        let question = question::question(self, name, question)?;
+        question::ask(self, py, &question, options.0, keeps_members, report.as_ref())
     }
 }

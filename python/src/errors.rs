@@ -1,6 +1,6 @@
 //! Exceptions.
 
-use bondline::command::exit::Failure;
+use bondline::question::InputError;
 use bondline::session::SessionError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt};
@@ -19,18 +19,14 @@ pub(crate) fn case_error(error: &bondline::case::CaseError) -> PyErr {
 /// The exception of a question.
 pub(crate) fn session_error(error: &SessionError) -> PyErr {
     match error {
-        SessionError::Input(error) => OptionError::new_err(error.to_string()),
+        SessionError::Input(error) => input_error(error),
         SessionError::March(error) => DeviceError::new_err(error.to_string()),
         SessionError::Cancelled => PyKeyboardInterrupt::new_err("cancelled"),
         other => BondlineError::new_err(other.to_string()),
     }
 }
 
-/// The exception of options that the command refuses.
-pub(crate) fn failure(failure: &Failure) -> PyErr {
-    match failure {
-        Failure::Input(error) => OptionError::new_err(error.to_string()),
-        Failure::Device(error) => DeviceError::new_err(error.to_string()),
-        Failure::Report(error) => BondlineError::new_err(error.to_string()),
-    }
+/// The exception of an option.
+pub(crate) fn input_error(error: &InputError) -> PyErr {
+    OptionError::new_err(error.to_string())
 }

@@ -1,7 +1,7 @@
-//! Module `bondline._bondline`: the sessions of the library, with the options of the command.
+//! Module `bondline._bondline`: the sessions of the library, and their questions.
 //!
-//! A question takes its options as the words of the command, so that both have the same options, defaults, checks and
-//! messages. The package in `python/bondline` gives them Python names and types.
+//! Keywords are the fields of a question of the library, so that both have the same options, defaults, checks and
+//! messages. The package in `python/bondline` gives answers Python types.
 
 mod case;
 mod errors;
@@ -35,13 +35,14 @@ fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<case::Case>()?;
     module.add_class::<question::Answers>()?;
     module.add_class::<sweep::Merger>()?;
+    module.add_function(wrap_pyfunction!(question::options_of, module)?)?;
     module.add_function(wrap_pyfunction!(run_command, module)?)?;
     module.add_function(wrap_pyfunction!(to_toml, module)?)?;
     module.add_function(wrap_pyfunction!(log_parts::log_answers, module)?)?;
     module.add_function(wrap_pyfunction!(log_parts::log_part, module)?)?;
     module.add_function(wrap_pyfunction!(log_parts::log_rounds, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep_part, module)?)?;
-    module.add_function(wrap_pyfunction!(sweep::check_sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::check, module)?)?;
     let py = module.py();
     module.add("BondlineError", py.get_type::<errors::BondlineError>())?;
     module.add("CaseError", py.get_type::<errors::CaseError>())?;
@@ -51,10 +52,11 @@ fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
         "Answers",
         "Case",
         "Merger",
-        "check_sweep",
+        "check",
         "log_answers",
         "log_part",
         "log_rounds",
+        "options_of",
         "run_command",
         "sweep_part",
         "to_toml",

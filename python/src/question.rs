@@ -1,19 +1,18 @@
 //! Questions to a session, and their answers.
 
-use crate::case::{Case, parse};
+use crate::case::Case;
 use crate::errors;
-use bondline::Session;
-use bondline::command::args::{Command, FitArgs, ObservationArgs, PosteriorArgs, convert};
-use bondline::command::run::load_all;
+use bondline::Ensemble;
+use bondline::question::Question;
 use bondline::report::files::OutputFolder;
-use bondline::session::{EstimateOptions, SessionError, StudyOptions};
+use bondline::session::{BackendOptions, SessionError};
 use bondline::traces::{MemberStatus, Peak, Traces};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pythonize::pythonize;
+use pythonize::{depythonize, pythonize};
 use rayon::prelude::*;
-use std::path::PathBuf;
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
 
 /// The answers of a question.
 #[pyclass(frozen, module = "bondline._bondline")]
@@ -100,17 +99,33 @@ pub(crate) fn copy_temperatures(traces: &Traces, temperatures_k: &mut [f64]) {
     });
 }
 
-/// Answers a question with the options of its command.
+/// The question of a name with these options, for a case.
+pub(crate) fn question(case: &Case, name: &str, options: &Bound<'_, PyAny>) -> PyResult<Question> {
+    let options: Map<String, Value> = depythonize(options)?;
+    let refused = |error| errors::input_error(&error);
+    let mut question = Question::from_fields(name, &options).map_err(refused)?;
+    let read = |path: &Path| bondline::Case::load(path);
+    question.read_cases(read).map_err(|error| errors::case_error(&error))?;
+    question.check(case.library_case()).map_err(refused)?;
+    Ok(question)
+}
+
+/// All options of a question with their values, from those that are given.
+#[pyfunction]
+pub(crate) fn options_of<'py>(py: Python<'py>, name: &str, options: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let question = Question::from_fields(name, &depythonize(options)?).map_err(|error| errors::input_error(&error))?;
+    Ok(pythonize(py, &question.fields())?)
+}
+
+/// Answers a question.
 pub(crate) fn ask(
     case: &Case,
     py: Python<'_>,
-    command: &str,
-    words: &[String],
-    options: &[String],
+    question: &Question,
+    options: BackendOptions,
     keeps_members: bool,
     report: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(Answers, Option<Members>)> {
-    let question = parse(command, words)?;
     case.with_session(py, options, report, move |session| {
         let mut members = keeps_members.then(|| Members {
             factors: Vec::new(),
@@ -119,95 +134,26 @@ pub(crate) fn ask(
             completed: Vec::new(),
             shape: [0, session.case().sensors().len(), session.plan().instants_s().len()],
         });
-        answer(session, &question, members.as_mut())?;
-        let answers = session.answers().cloned();
-        let answers = answers.ok_or_else(|| PyValueError::new_err("the question has no answers"))?;
+        let answers = session.ask_with(question, &mut |ensemble, traces| {
+            if let Some(members) = &mut members {
+                members.append(ensemble, traces);
+            }
+        });
+        let answers = answers.map_err(|error| errors::session_error(&error))?.clone();
         Ok((Answers(answers), members))
     })
 }
 
-/// The options of an estimate of one case.
-pub(crate) fn estimate_options(
-    data: &ObservationArgs,
-    fit: &FitArgs,
-    posterior: &PosteriorArgs,
-    seed: u64,
-) -> PyResult<EstimateOptions> {
-    let refused = |failure| errors::failure(&failure);
-    Ok(EstimateOptions {
-        observations: convert::observations(data).map_err(refused)?,
-        fit: convert::fit(fit).map_err(refused)?,
-        posterior: convert::walkers(posterior, seed),
-        ..EstimateOptions::default()
-    })
-}
-
-fn answer(session: &mut Session, question: &Command, members: Option<&mut Members>) -> PyResult<()> {
-    let refused = |failure| errors::failure(&failure);
-    let failed = |error| errors::session_error(&error);
-    match question {
-        Command::Predict { .. } => session.predict().map(drop).map_err(failed),
-        Command::Uncertainty { sweep, until: Some(target), .. } => {
-            let options = convert::sweep(sweep);
-            let target = convert::precision_target(target, session.case()).map_err(refused)?;
-            session.uncertainty_until(&options, &target, &mut |_, _| {}).map(drop).map_err(failed)
+impl Members {
+    fn append(&mut self, ensemble: &Ensemble, traces: &Traces) {
+        for member in 0..traces.members() {
+            self.factors.extend(ensemble.member(traces.first + member));
+            self.completed.push(traces.statuses[member] == MemberStatus::Completed);
+            self.shape[0] += 1;
         }
-        Command::Uncertainty { sweep, .. } => {
-            let options = convert::sweep(sweep);
-            let Some(members) = members else { return session.uncertainty(&options).map(drop).map_err(failed) };
-            let swept = session.uncertainty_with(&options, &mut |ensemble, traces| {
-                for member in 0..traces.members() {
-                    members.factors.extend(ensemble.member(traces.first + member));
-                    members.completed.push(traces.statuses[member] == MemberStatus::Completed);
-                    members.shape[0] += 1;
-                }
-                members.peaks.extend(peaks(traces));
-                let mut batch = Traces::empty(traces.first, traces.sensors, traces.instants);
-                batch.extend(traces, 0..traces.members());
-                members.temperatures_k.extend(temperatures(batch));
-            });
-            swept.map(drop).map_err(failed)
-        }
-        Command::Sensitivity { data, step, method, .. } => {
-            let options = convert::sensitivity(data, *method, *step).map_err(refused)?;
-            session.sensitivity(&options).map(drop).map_err(failed)
-        }
-        Command::Estimate { data, fit, posterior, seed, .. } => {
-            let options = estimate_options(data, fit, posterior, *seed)?;
-            session.estimate(&options).map(drop).map_err(failed)
-        }
-        Command::Study { sweep, data, fit, posterior, .. } => {
-            let options = StudyOptions {
-                sweep: convert::sweep(sweep),
-                observations: convert::observations(data).map_err(refused)?,
-                fit: convert::fit(fit).map_err(refused)?,
-                posterior: convert::walkers(posterior, sweep.seed),
-            };
-            session.study(&options).map(drop).map_err(failed)
-        }
-        Command::Size { size, sweep, .. } => {
-            let options = convert::size(size, sweep, session.case()).map_err(refused)?;
-            session.size(&options).map(drop).map_err(failed)
-        }
-        Command::Trade { case, exposures, trade, sweep, .. } => {
-            let exposures = load_all(exposures.iter(), &case.march).map_err(refused)?;
-            let options = convert::trade(trade, sweep, session.case(), exposures).map_err(refused)?;
-            session.trade(&options).map(drop).map_err(failed)
-        }
-        Command::Design { design, .. } => {
-            let options = convert::design(design, Vec::new()).map_err(refused)?;
-            session.design(&options).map(drop).map_err(failed)
-        }
-        Command::History { data, history, .. } => {
-            let options = convert::history(data, history).map_err(refused)?;
-            session.history(&options).map(drop).map_err(failed)
-        }
-        Command::Observations(_) => session.observations().map(drop).map_err(failed),
-        Command::Twin { twin, data, fit, .. } => {
-            let data_sets = twin.study.ok_or_else(|| PyValueError::new_err("expected a number of data sets"))?;
-            let options = convert::twin_study(twin, data, fit, data_sets).map_err(refused)?;
-            session.twin_study(&options).map(drop).map_err(failed)
-        }
-        _ => Err(PyValueError::new_err("this command is no question to a case")),
+        self.peaks.extend(peaks(traces));
+        let mut batch = Traces::empty(traces.first, traces.sensors, traces.instants);
+        batch.extend(traces, 0..traces.members());
+        self.temperatures_k.extend(temperatures(batch));
     }
 }

@@ -1,11 +1,11 @@
 //! Parts of a sweep, for other processes: each is computed, sent and merged as bytes.
 
-use crate::case::{Case, parse};
+use crate::case::{Case, SessionOptions};
 use crate::errors;
-use crate::question::Answers;
-use bondline::command::args::{Command, convert};
-use bondline::session::{SweepMerger, UncertaintyOptions};
-use bondline::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
+use crate::question::{Answers, question};
+use bondline::question::Question;
+use bondline::session::SweepMerger;
+use bondline::study::sweep_piece::{CaseIdentity, Piece, fingerprint};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -13,22 +13,23 @@ use pyo3::types::PyBytes;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The statistics of members `first` to `end` − 1 of a sweep, whose options are words of its command.
+/// The statistics of some members of a sweep, whose options have the `part`.
 #[pyfunction]
-#[pyo3(signature = (case, words, first, end, options, report=None))]
+#[pyo3(signature = (case, sweep, options, report=None))]
 pub(crate) fn sweep_part<'py>(
     case: &Bound<'py, Case>,
-    words: Vec<String>,
-    first: usize,
-    end: usize,
-    options: Vec<String>,
+    sweep: &Bound<'py, PyAny>,
+    options: SessionOptions,
     report: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let py = case.py();
-    let draw = sweep_options(&words)?;
-    let text = case.get().with_session(py, &options, report.as_ref(), move |session| {
-        let part = session.uncertainty_part(&draw, first..end, &mut |_, _| {});
+    let Question::Uncertainty(sweep) = question(case.get(), "uncertainty", sweep)? else {
+        return Err(PyValueError::new_err("expected a sweep"));
+    };
+    let text = case.get().with_session(py, options.0, report.as_ref(), move |session| {
+        let part = session.uncertainty_part(&sweep, &mut |_, _| {});
         let part = part.map_err(|error| errors::session_error(&error))?;
+        let (members, _) = sweep.part().map_err(|error| errors::input_error(&error))?;
         let case = session.case();
         let identity = CaseIdentity {
             id: case.id().to_owned(),
@@ -36,24 +37,16 @@ pub(crate) fn sweep_part<'py>(
             sets: Vec::new(),
             fingerprint: fingerprint(case),
         };
-        let (sampling, statistics) = (SamplingRecord::from(&draw), &part.statistics);
-        let piece = Piece::new(identity, sampling, &part.backend, part.run, first..end, &part.nominal, statistics);
-        Ok(piece.to_json())
+        let (sweep, statistics) = (sweep.sweep(), &part.statistics);
+        Ok(Piece::new(identity, sweep, &part.backend, part.run, members, &part.nominal, statistics).to_json())
     })?;
     Ok(PyBytes::new(py, text.as_bytes()))
 }
 
-/// Checks the options of a sweep for a case, before any part of it is computed.
+/// Checks the options of a question for a case, before any part of it is computed.
 #[pyfunction]
-pub(crate) fn check_sweep(case: &Case, words: Vec<String>) -> PyResult<()> {
-    sweep_options(&words)?.check(case.library_case()).map_err(|error| errors::session_error(&error))
-}
-
-fn sweep_options(words: &[String]) -> PyResult<UncertaintyOptions> {
-    match parse("uncertainty", words)? {
-        Command::Uncertainty { sweep, .. } => Ok(convert::sweep(&sweep)),
-        _ => Err(PyValueError::new_err("the words are of another command")),
-    }
+pub(crate) fn check(case: &Case, name: &str, options: &Bound<'_, PyAny>) -> PyResult<()> {
+    question(case, name, options).map(drop)
 }
 
 /// Parts of a sweep that are merged as they come.
@@ -70,8 +63,8 @@ impl Merger {
 impl Merger {
     /// Merges parts of a sweep of this case, the first of which is given.
     #[new]
-    fn new(py: Python<'_>, case: &Case, part: PyBackedBytes, options: Vec<String>) -> PyResult<Self> {
-        case.with_session(py, &options, None, move |session| {
+    fn new(py: Python<'_>, case: &Case, part: PyBackedBytes, options: SessionOptions) -> PyResult<Self> {
+        case.with_session(py, options.0, None, move |session| {
             let part = piece(&part)?;
             let name = name(&part);
             let merger = SweepMerger::new(session.case(), session.plan(), &name, &part);

@@ -40,8 +40,8 @@ def test_pieces_merged_in_a_tree_are_the_sweep_of_one_process(
     for pieces, merged, left in [(1, 8, 64), (7, 3, 2)]:
         monkeypatch.setattr(bondline.dask, "MERGED_PARTS", merged)
         monkeypatch.setattr(bondline.dask, "CLIENT_PARTS", left)
-        assert numbers(bondline.dask.uncertainty(slab, 1000, 5, client=client, pieces=pieces)) == numbers(whole)
-    assert numbers(bondline.dask.uncertainty(slab, 1000, 6, client=client, pieces=2)) != numbers(whole)
+        assert numbers(bondline.dask.uncertainty(slab, 1000, seed=5, client=client, pieces=pieces)) == numbers(whole)
+    assert numbers(bondline.dask.uncertainty(slab, 1000, seed=6, client=client, pieces=2)) != numbers(whole)
 
 
 def test_a_sweep_shows_the_answer_so_far_with_its_interval(client: Client, slab: bondline.Case) -> None:

@@ -3,6 +3,8 @@
 use super::factor::{Bounds, Factor};
 use super::observation::checked_window_s;
 use super::validation::{FieldPath, checked_index, positive};
+use std::fmt;
+use std::str::FromStr;
 
 /// The function of a normalised residual r that is summed. The robust functions equal r² near zero and grow as |r|
 /// beyond `width`, which is in standard deviations.
@@ -29,13 +31,22 @@ const SOFT_L1_WIDTH: f64 = 1.0;
 /// 95 % efficiency for normal residuals.
 const HUBER_WIDTH: f64 = 1.345;
 
-impl LossFunction {
-    /// Parse `squares`, `soft-l1` or `huber`, the latter two with an optional width in standard deviations (`huber=2`;
-    /// default 1 and 1.345).
-    ///
-    /// # Errors
-    /// A message, if the name is unknown or the width is not above zero.
-    pub fn parse(text: &str) -> Result<Self, String> {
+impl fmt::Display for LossFunction {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LeastSquares => write!(formatter, "squares"),
+            Self::SoftL1 { width } => write!(formatter, "soft-l1={width}"),
+            Self::Huber { width } => write!(formatter, "huber={width}"),
+        }
+    }
+}
+
+/// `squares`, `soft-l1` or `huber`, the latter two with an optional width in standard deviations (`huber=2`; default 1
+/// and 1.345).
+impl FromStr for LossFunction {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
         let (name, width) = text.split_once('=').map_or((text, None), |(name, width)| (name, Some(width)));
         let width = |standard: f64| match width.map(|width| width.trim().parse::<f64>()) {
             None => Ok(standard),
@@ -118,12 +129,12 @@ mod tests {
 
     #[test]
     fn a_loss_function_is_parsed_with_its_width_or_the_default_width() {
-        assert_eq!(LossFunction::parse("squares"), Ok(LossFunction::LeastSquares));
-        assert_eq!(LossFunction::parse("soft-l1"), Ok(LossFunction::SoftL1 { width: 1.0 }));
-        assert_eq!(LossFunction::parse("huber"), Ok(LossFunction::Huber { width: 1.345 }));
-        assert_eq!(LossFunction::parse("huber=2.5"), Ok(LossFunction::Huber { width: 2.5 }));
+        assert_eq!("squares".parse(), Ok(LossFunction::LeastSquares));
+        assert_eq!("soft-l1".parse(), Ok(LossFunction::SoftL1 { width: 1.0 }));
+        assert_eq!("huber".parse(), Ok(LossFunction::Huber { width: 1.345 }));
+        assert_eq!("huber=2.5".parse(), Ok(LossFunction::Huber { width: 2.5 }));
         for wrong in ["huber=0", "huber=wide", "soft-l1=inf", "squares=2", "cauchy", ""] {
-            assert!(LossFunction::parse(wrong).is_err_and(|message| message.starts_with("expected")), "{wrong:?}");
+            assert!(wrong.parse::<LossFunction>().is_err_and(|message| message.starts_with("expected")), "{wrong:?}");
         }
     }
 }

@@ -228,13 +228,14 @@ impl Correlation {
 }
 
 /// The choice between the two side constraints of a factor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Bounds {
-    /// The default.
+    /// The key `small` of each factor.
     #[default]
     Small,
-    /// The wider ones.
+    /// The key `large` of each factor.
     Large,
 }
 

@@ -21,7 +21,11 @@ impl InputFile {
 /// The files of a case, in the order of reading. They are not part of its content: cases with the same content are
 /// equal wherever they were read from.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct InputFiles(pub(crate) Vec<InputFile>);
+pub(crate) struct InputFiles {
+    pub(crate) files: Vec<InputFile>,
+    /// Values that replace those of the files, by factor or key.
+    pub(crate) overrides: Vec<(String, String)>,
+}
 
 impl PartialEq for InputFiles {
     fn eq(&self, _: &Self) -> bool {
@@ -32,8 +36,8 @@ impl PartialEq for InputFiles {
 impl InputFiles {
     /// Add a file that was read.
     pub(super) fn add(&mut self, path: String, bytes: &[u8]) {
-        if self.0.iter().all(|file| file.path != path) {
-            self.0.push(InputFile::new(path, bytes));
+        if self.files.iter().all(|file| file.path != path) {
+            self.files.push(InputFile::new(path, bytes));
         }
     }
 }
@@ -48,6 +52,6 @@ mod tests {
         files.add("abc.txt".to_owned(), b"abc");
         files.add("abc.txt".to_owned(), b"abc");
         let sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned();
-        assert_eq!(files.0, [InputFile { path: "abc.txt".to_owned(), sha256 }]);
+        assert_eq!(files.files, [InputFile { path: "abc.txt".to_owned(), sha256 }]);
     }
 }

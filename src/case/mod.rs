@@ -238,7 +238,12 @@ impl Case {
 
     /// The files that the case was read from; none if it was built from values.
     pub fn input_files(&self) -> &[InputFile] {
-        &self.input_files.0
+        &self.input_files.files
+    }
+
+    /// The names and values that replaced those of the files: the overrides of [`load_with`](Self::load_with).
+    pub fn overrides(&self) -> &[(String, String)] {
+        &self.input_files.overrides
     }
 
     /// The case with other estimation settings, which the caller has validated.

@@ -54,8 +54,9 @@ impl Case {
         builder.resolution = other.resolution;
         builder.observations = Vec::new();
         builder.estimate = EstimationSettings::default();
-        let files = self.input_files.0.iter().chain(&other.input_files.0).cloned().collect();
-        Ok(Self { input_files: InputFiles(files), ..builder.build()? })
+        let files = self.input_files.files.iter().chain(&other.input_files.files).cloned().collect();
+        let input_files = InputFiles { files, overrides: self.input_files.overrides.clone() };
+        Ok(Self { input_files, ..builder.build()? })
     }
 
     /// The properties of a ply that affect a march, with the range of the table of each, K.

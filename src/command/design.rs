@@ -1,34 +1,26 @@
-//! `bondline design`: the thermocouples, the exposure and the run length from which factors are estimated best.
+//! The case file of `bondline design`: the case with the thermocouples of the best design.
 
 use crate::case::Case;
-use crate::command::args::convert;
-use crate::command::args::{CaseArgs, DesignArgs};
-use crate::command::exit::{Failure, Output, input};
-use crate::command::run::{Run, load, load_all};
+use crate::command::exit::{Failure, input};
+use crate::report::files::OutputFolder;
+use crate::session::Answers;
 use crate::study::experiment_design::{ExperimentDesign, Scenario};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-pub(crate) fn run(args: &CaseArgs, others: &[PathBuf], design: &DesignArgs) -> Result<Output, Failure> {
-    let case = load(&args.case, &args.march)?;
-    let options = convert::design(design, load_all(others.iter(), &args.march)?)?;
-    if let Some(other) = options.others.iter().find(|other| other.id() == case.id()) {
-        return Err(input(format!("two cases are called {:?}: give each exposure once", other.id())));
-    }
-    options.check(&case)?;
-    let mut run = Run::open("design", args, case)?;
-    let found = run.session.design(&options)?;
+/// Write the case file of the best exposure of a design into the folder of its report. `path` is that of the case.
+pub(crate) fn write_design(answers: &Answers, path: &Path, folder: &mut OutputFolder) -> Result<(), Failure> {
+    let Some(found) = &answers.experiment_design else { return Ok(()) };
     let best = &found.scenarios[0];
     let (case, path) = match best.case {
-        0 => (run.session.case().clone(), &args.case),
-        other => (options.others[other - 1].clone(), &others[other - 1]),
+        0 => (&answers.case, path),
+        other => (&answers.other_cases[other - 1], found.request.question.others[other - 1].path()),
     };
-    let file = if path.is_dir() { path.join("case.toml") } else { path.clone() };
+    let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
     let text = std::fs::read_to_string(&file).map_err(|error| input(format!("reading {file:?} back: {error}")))?;
-    let text = case_file(&text, &file, &case, &found, best);
-    let written = run.folder.reserve("design.toml")?;
-    std::fs::write(&written, text).map_err(|error| input(format!("writing {written:?}: {error}")))?;
-    run.finish(None)
+    let text = case_file(&text, &file, case, found, best);
+    let written = folder.reserve("design.toml")?;
+    std::fs::write(&written, text).map_err(|error| input(format!("writing {written:?}: {error}")))
 }
 
 /// Tables of a case file that belong to the sensors of the case.
@@ -51,7 +43,7 @@ fn case_file(text: &str, path: &Path, case: &Case, found: &ExperimentDesign, bes
         };
         let _ = write!(out, "\n[[sensor]]\nname = \"TC{}\"\n{depth}\n", place + 1);
     }
-    let _ = write!(out, "\n[estimate]\nfactors = {:?}\n", found.request.factors);
+    let _ = write!(out, "\n[estimate]\nfactors = {:?}\n", found.request.question.factors);
     out
 }
 

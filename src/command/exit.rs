@@ -76,10 +76,16 @@ impl From<ReportError> for Failure {
     }
 }
 
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        input(message_with_flag(&error))
+    }
+}
+
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
         match error {
-            SessionError::Input(error) => input(message_with_flag(&error)),
+            SessionError::Input(error) => error.into(),
             SessionError::Report(error) => error.into(),
             SessionError::Stopped => Self::Report(error.into()),
             other => Self::Device(other.into()),
@@ -87,21 +93,14 @@ impl From<SessionError> for Failure {
     }
 }
 
-/// The message, with the command-line flag in place of the name of the library's option.
+/// The message, with the flag of the command line in place of the name of the option.
 fn message_with_flag(error: &InputError) -> String {
-    let Some(option) = error.option else { return error.message.clone() };
-    let flag = match option {
-        "members" => "-n",
-        "part" => "--members",
-        "data_sets" => "--study",
-        "limit_k" => "--limit",
-        "choices" => "--ply",
-        "thickness_range_m" => "--thickness-range",
-        "profiles" => "--profile",
-        "noise_k" => "--noise",
-        "correlation_s" => "--correlation-time",
-        "iterations" => "--mcmc-iterations",
-        other => return format!("--{other}{}", error.message),
+    let flag = match error.option.as_deref() {
+        None => String::new(),
+        Some("members") => "-n".to_owned(),
+        Some("part") => "--members".to_owned(),
+        Some("choices") => "--ply".to_owned(),
+        Some(option) => format!("--{}", option.replace('_', "-")),
     };
     format!("{flag}{}", error.message)
 }

@@ -4,9 +4,8 @@ use crate::case::{
     ImportRecord, ImportedMaterial, Material, MaterialColumns, OutOfRange, PatoHeat, PatoOptions, PropertyColumns,
     SourceKind,
 };
-use crate::command::args::convert;
 use crate::command::args::{
-    DirectionArg, ImportCommand, MaterialsCommand, OutsideArg, PatoArgs, PatoHeatArg, RecordArgs, TableArgs,
+    DirectionArg, ImportCommand, MaterialsCommand, OutsideArg, PatoArgs, PatoHeatArg, RecordArgs, TableArgs, pairs,
 };
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::run::print_renamed_keys;
@@ -35,7 +34,7 @@ pub(crate) fn run(action: MaterialsCommand) -> Result<Output, Failure> {
 
 fn import_table(args: &TableArgs) -> Result<String, Failure> {
     let TableArgs { temperature, density, conductivity, heat_capacity, emissivity, .. } = args;
-    let units = convert::pairs(&args.units, "--unit")?;
+    let units = pairs(&args.units, "--unit")?;
     let columns = MaterialColumns {
         temperature,
         properties: PropertyColumns { density, conductivity, heat_capacity, emissivity },

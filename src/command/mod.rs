@@ -1,39 +1,34 @@
-//! The command: arguments are converted to options of a [`Session`](crate::Session), whose answers become text and
-//! an exit code.
+//! The command: arguments are a [question](crate::question) to a [`Session`](crate::Session), whose answers become
+//! text and an exit code.
 
 pub mod args;
+mod ask;
 mod completions;
 mod design;
 mod devices;
-mod estimate;
 pub mod exit;
-mod history;
 mod init;
 mod man;
 mod materials;
 mod member_output;
 mod merge;
-mod observations;
-mod predict;
 mod progress;
+mod repeat;
 mod resume;
 pub mod run;
-mod sensitivity;
-mod size;
 mod stop;
-mod study;
 pub(crate) mod terminal;
-mod trade;
 mod twin;
 mod uncertainty;
 mod verify;
 
 use crate::limits::check_thread_variable;
-use args::{Cli, Command, convert, renamed};
+use crate::question::Goal;
+use args::{Cli, Command, FailureArgs, renamed};
+use ask::Extras;
 use clap::Parser;
 use exit::{Failure, Output};
 use std::ffi::OsString;
-use uncertainty::Part;
 
 /// Run the command with its words, the first of which is its name, and return the exit code.
 pub fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
@@ -68,50 +63,35 @@ pub fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
 pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
     match cli.command {
         Command::Init(init) => init::run(&init),
-        Command::Observations(case) => observations::run(&case),
-        Command::Predict { case, profiles } => predict::run(&case, &profiles),
-        Command::Uncertainty { case, sweep, until: Some(target), .. } => uncertainty::run_until(&case, &sweep, &target),
-        Command::Uncertainty { case, sweep, resume, profiles, keep, part: None, piece: None, .. } => {
-            uncertainty::run(&case, &sweep, &resume, &profiles, keep)
+        Command::Observations { case, question } => ask::run(&case, question, &Extras::default()),
+        Command::Predict { case, question } => ask::run(&case, question, &Extras::default()),
+        Command::Uncertainty { case, question, resume, keep, .. }
+            if matches!(question.goal, Goal::Part(_) | Goal::Piece { .. }) =>
+        {
+            uncertainty::write_part(&case, question, &resume, keep)
         }
-        Command::Uncertainty { case, sweep, resume, keep, part, piece, .. } => {
-            let part = match (part, piece) {
-                (Some(part), _) => Part { members: convert::member_range(&part, sweep.members)?, equal_pieces: None },
-                (None, piece) => {
-                    let (members, pieces) = convert::equal_piece(&piece.unwrap_or_default(), sweep.members)?;
-                    Part { members, equal_pieces: Some(pieces) }
-                }
-            };
-            uncertainty::write_part(&case, &sweep, &resume, keep, part)
+        Command::Uncertainty { case, question, failures: FailureArgs { max_failed }, resume, keep } => {
+            ask::run(&case, question, &Extras { resume: Some(resume), max_failed, keep })
         }
         Command::Merge(merge) => merge::run(&merge),
-        Command::Sensitivity { case, data, step, method } => sensitivity::run(&case, &data, method, step),
-        Command::Estimate { case, others, data, fit, posterior, seed, compare, resume } => {
-            let arguments = estimate::Arguments {
-                others: &others,
-                compare: compare.as_deref(),
-                data: &data,
-                fit: &fit,
-                posterior: &posterior,
-                seed,
-                resume: &resume,
-            };
-            estimate::run(&case, &arguments)
+        Command::Sensitivity { case, question } => ask::run(&case, question, &Extras::default()),
+        Command::Estimate { case, question, resume } => ask::run(&case, question, &Extras::kept(resume, None)),
+        Command::Study { case, question, failures, resume } => {
+            ask::run(&case, question, &Extras::kept(resume, failures.max_failed))
         }
-        Command::Study { case, sweep, resume, profiles, data, fit, posterior } => {
-            let kept = study::Kept { resume: &resume, profiles: &profiles };
-            study::run(&case, &sweep, &kept, &data, &fit, &posterior)
+        Command::Size { case, question, failures, resume } => {
+            ask::run(&case, question, &Extras::kept(resume, failures.max_failed))
         }
-        Command::Size { case, size, sweep, resume } => size::run(&case, &size, &sweep, &resume),
-        Command::Trade { case, exposures, trade, sweep, resume } => {
-            trade::run(&case, &exposures, &trade, &sweep, &resume)
+        Command::Trade { case, question, failures, resume } => {
+            ask::run(&case, question, &Extras::kept(resume, failures.max_failed))
         }
-        Command::Design { case, others, design } => design::run(&case, &others, &design),
-        Command::History { case, data, history } => history::run(&case, &data, &history),
-        Command::Twin { twin, resume, data, fit } => match twin.study {
-            None => twin::write_observations(&twin, &resume, &data, &fit),
-            Some(data_sets) => twin::coverage_study(&twin, &resume, &data, &fit, data_sets),
+        Command::Design { case, question } => ask::run(&case, question, &Extras::default()),
+        Command::History { case, question } => ask::run(&case, question, &Extras::default()),
+        Command::Twin { case, question, resume } => match question.data_sets {
+            None => twin::write_observations(&case, question, &resume),
+            Some(_) => ask::run(&case, question, &Extras::kept(resume, None)),
         },
+        Command::Repeat(repeat) => repeat::run(&repeat),
         Command::Devices { json } => devices::run(json),
         Command::Materials { action } => materials::run(action),
         Command::Verify { json, group, march } => verify::run(json, group.as_deref(), &march),

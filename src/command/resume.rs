@@ -1,7 +1,6 @@
 //! Finished work of an interrupted run: whether to go on from it, to refuse, or to start anew.
 
-use crate::case::unit::Dimension;
-use crate::command::args::{CaseArgs, ResumeArgs, convert};
+use crate::command::args::{CaseArgs, ResumeArgs};
 use crate::command::exit::{Failure, input, unwritten};
 use crate::command::terminal::print_error;
 use crate::session::{Checkpoint, KeptWork};
@@ -18,9 +17,8 @@ impl Resumable {
     /// Look for kept work of a command. Without `--resume` it is not overwritten, unless `--force` is given.
     pub(crate) fn open(command: &str, folder: PathBuf, args: &CaseArgs, resume: &ResumeArgs) -> Result<Self, Failure> {
         let mut checkpoint = Checkpoint::new(folder);
-        if let Some(interval) = &resume.checkpoint_interval {
-            let interval_s = convert::nonnegative(interval, Dimension::Time, "--checkpoint-interval")?;
-            checkpoint = checkpoint.every(Duration::from_secs_f64(interval_s.min(MAX_SECONDS)));
+        if let Some(interval_s) = resume.checkpoint_interval_s {
+            checkpoint = checkpoint.every(duration(interval_s, "--checkpoint-interval")?);
         }
         let kept = if resume.resume || !args.force { checkpoint.found()? } else { None };
         let path = checkpoint.folder().display().to_string();
@@ -86,7 +84,12 @@ const MAX_SECONDS: f64 = 3.2e8;
 
 /// A duration of `--limit-time`.
 pub(crate) fn time_limit(args: &CaseArgs) -> Result<Option<Duration>, Failure> {
-    let Some(text) = &args.limit_time else { return Ok(None) };
-    let limit_s = convert::nonnegative(text, Dimension::Time, "--limit-time")?;
-    Ok(Some(Duration::from_secs_f64(limit_s.min(MAX_SECONDS))))
+    args.limit_time_s.map(|limit_s| duration(limit_s, "--limit-time")).transpose()
+}
+
+fn duration(time_s: f64, option: &str) -> Result<Duration, Failure> {
+    if time_s < 0.0 {
+        return Err(input(format!("{option} {time_s} s: expected no less than 0 s")));
+    }
+    Ok(Duration::from_secs_f64(time_s.min(MAX_SECONDS)))
 }

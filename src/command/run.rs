@@ -1,9 +1,7 @@
 //! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
 use crate::case::{Case, RenamedKey};
-use crate::command::args::convert;
-use crate::command::args::renamed;
-use crate::command::args::{CaseArgs, MarchArgs, ResumeArgs};
+use crate::command::args::{CaseArgs, FormatArg, MarchArgs, ResumeArgs, renamed};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
 use crate::command::resume::{Resumable, time_limit};
@@ -11,8 +9,7 @@ use crate::command::stop::token_of_signals;
 use crate::command::terminal::print_error;
 use crate::plan::ErrorEstimate;
 use crate::report::files::OutputFolder;
-use crate::session::Session;
-use crate::session::{Answers, CancelToken};
+use crate::session::{Answers, CancelToken, Options, PlanCache, Session};
 use crate::study::uncertainty;
 use crate::study::validity::discretisation_failure;
 use std::path::{Path, PathBuf};
@@ -31,26 +28,9 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Open the session, and the folder of the report.
-    pub(crate) fn open(command: &str, args: &CaseArgs, case: Case) -> Result<Self, Failure> {
-        let id = case.id().to_owned();
-        Self::open_with(command, args, case, &id, None)
-    }
-
-    /// [`open`](Self::open) for a study that keeps its finished work.
-    pub(crate) fn open_resumable(
-        command: &str,
-        args: &CaseArgs,
-        case: Case,
-        resume: &ResumeArgs,
-    ) -> Result<Self, Failure> {
-        let id = case.id().to_owned();
-        Self::open_with(command, args, case, &id, Some(resume))
-    }
-
-    /// [`open`](Self::open) with an `id` that names all cases of the report, and finished work kept if there is
-    /// `resume`.
-    pub(crate) fn open_with(
+    /// Open the session, and the folder of the report. `id` names all cases of the report; finished work is kept if
+    /// there is `resume`.
+    pub(crate) fn open(
         command: &str,
         args: &CaseArgs,
         case: Case,
@@ -59,7 +39,7 @@ impl Run {
     ) -> Result<Self, Failure> {
         let mut folder =
             OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
-        folder.set_figure_formats(convert::figure_formats(&args.format));
+        folder.set_figure_formats(FormatArg::beside_svg(&args.format));
         let resumable = resume.map(|resume| Resumable::open(command, folder.checkpoint(), args, resume)).transpose()?;
         let progress = MarchProgress::new(args.march.quiet);
         let cancel = token_of_signals();
@@ -89,6 +69,20 @@ impl Run {
     }
 }
 
+/// Options of a session that reports its progress.
+pub(crate) fn session_options(march: &MarchArgs, progress: &MarchProgress) -> Options {
+    let display = progress.clone();
+    let mut options = Options::default().progress(move |progress| display.show(progress)).command_line(command_line());
+    (options.march, options.tolerance_k) = (march.backend.clone(), march.tolerance_k);
+    options.plan_cache = PlanCache::of_user();
+    options
+}
+
+/// The words of the command.
+pub fn command_line() -> Vec<String> {
+    std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect()
+}
+
 /// A session that a token and a time limit stop, and that keeps its finished work.
 pub(crate) fn open_session(
     args: &CaseArgs,
@@ -97,8 +91,8 @@ pub(crate) fn open_session(
     cancel: &CancelToken,
     progress: &MarchProgress,
 ) -> Result<Session, Failure> {
-    let mut options = convert::options(&args.march, progress)?.cancel(cancel);
-    options.until = time_limit(args)?.map(|limit| Instant::now() + limit);
+    let mut options = session_options(&args.march, progress).cancel(cancel);
+    options.deadline = time_limit(args)?.map(|limit| Instant::now() + limit);
     options.checkpoint = resumable.map(|resumable| resumable.checkpoint.clone());
     Ok(Session::open(case, &options)?)
 }
@@ -182,29 +176,21 @@ pub(crate) fn too_many_failed(
     })
 }
 
-/// The cases at these paths. Two cases of one id are refused, as the report distinguishes cases by their ids.
-pub fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &MarchArgs) -> Result<Vec<Case>, Failure> {
-    let mut cases: Vec<Case> = Vec::new();
-    for path in paths {
-        let case = load(path, march)?;
-        if let Some(other) = cases.iter().find(|other| other.id() == case.id()) {
-            return Err(input(format!("{}: there is already a case {:?}", path.display(), other.id())));
-        }
-        cases.push(case);
-    }
-    Ok(cases)
-}
-
 /// The case, with the changes by `--set`.
 pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
-    let case = Case::load_with(path, &convert::sets(&march.sets)?)?;
+    let case = Case::load_with(path, &march.overrides()?)?;
     if !march.quiet {
-        print_renamed_keys(case.renamed_keys());
-        for note in case.unread_data() {
-            print_error(&format!("note: {note}"));
-        }
+        print_notes(&case);
     }
     Ok(case)
+}
+
+/// Print what was not read of a case, and old names in its files.
+pub(crate) fn print_notes(case: &Case) {
+    print_renamed_keys(case.renamed_keys());
+    for note in case.unread_data() {
+        print_error(&format!("note: {note}"));
+    }
 }
 
 /// Print a note on every file of the user that got another name.
@@ -225,15 +211,17 @@ pub(crate) fn print_renamed_keys(renamed_keys: &[RenamedKey]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::{BackendKind, Options, SizeOptions, UncertaintyOptions};
+    use crate::question::{Requirement, Size};
+    use crate::session::BackendKind;
 
     #[test]
     fn a_thickness_whose_march_is_inaccurate_ends_with_exit_code_1() {
         let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
         let options = Options::default().backend(BackendKind::Cpu);
         let mut session = Session::open(case, &options).expect("the CPU is always available");
-        let sweep = UncertaintyOptions { members: 10, ..UncertaintyOptions::default() };
-        let size = SizeOptions { probability: 0.5, sweep, ..SizeOptions::new("SLAB", "BACK", 600.0) };
+        let size = Size::new("SLAB", "BACK", 600.0);
+        let requirement = Requirement { probability: 0.5, ..size.requirement.clone() };
+        let size = Size { members: 10, requirement, ..size };
         session.size(&size).expect("a thickness");
         let mut answers = session.answers().expect("answers").clone();
         let sizing = answers.sizing.as_ref().expect("a thickness");

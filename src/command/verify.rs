@@ -1,7 +1,6 @@
 //! `bondline verify`: the verification table.
 
 use crate::command::args::MarchArgs;
-use crate::command::args::convert;
 use crate::command::exit::{Failure, Output, input};
 use crate::march::backend_selection::{self, BackendKind};
 use crate::march::cpu::Cpu;
@@ -29,12 +28,12 @@ pub(crate) fn run(as_json: bool, group: Option<&str>, args: &MarchArgs) -> Resul
     if !args.sets.is_empty() {
         return Err(input("--set changes a case file, and verify reads none"));
     }
-    let mut choice = convert::choice(args)?;
-    if choice.kind == BackendKind::Auto {
-        choice.kind = BackendKind::Cpu;
+    let mut choice = args.backend.clone();
+    if choice.backend == BackendKind::Auto {
+        choice.backend = BackendKind::Cpu;
     }
     if let (Some(device), BackendKind::Cpu, false) =
-        (&choice.device, choice.kind, groups.contains(&Group::CrossBackend))
+        (&choice.device, choice.backend, groups.contains(&Group::CrossBackend))
     {
         return Err(input(format!(
             "--device {device:?}: these groups run on the CPU; give --backend gpu, or --group cross-backend"
@@ -45,14 +44,14 @@ pub(crate) fn run(as_json: bool, group: Option<&str>, args: &MarchArgs) -> Resul
     let mut marches: Vec<Box<dyn March>> = vec![Box::new(Cpu::new(Precision::F32))];
     let mut note = String::new();
     if groups.contains(&Group::CrossBackend) {
-        match device::find(args.device.as_deref()) {
+        match device::find(args.backend.device.as_deref()) {
             Ok(adapter) => {
                 marches.push(Box::new(Gpu::new(Device::open(adapter.clone(), false)?, Precision::F32)?));
                 if adapter.has_f64 {
                     marches.push(Box::new(Gpu::new(Device::open(adapter, false)?, Precision::F64)?));
                 }
             }
-            Err(error) if args.device.is_some() => return Err(error.into()),
+            Err(error) if args.backend.device.is_some() => return Err(error.into()),
             Err(error) => note = format!("no device was compared with the CPU: {error}\n"),
         }
     }

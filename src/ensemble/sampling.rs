@@ -10,9 +10,10 @@ use crate::random::{RandomStream, splitmix64};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Sampling method and seed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Sampling {
     /// Sampling method.
+    #[serde(rename = "sampling")]
     pub kind: SamplingKind,
     /// Random seed. The same seed gives the same members on every machine.
     pub seed: u64,

@@ -28,15 +28,18 @@ pub struct InformationTable {
 }
 
 /// The quantity that a design minimises.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Criterion {
-    /// Volume of the confidence region: the logarithm of the determinant of the covariance.
+    /// Determinant of the covariance of the factors: the volume of their confidence region.
     #[default]
     D,
-    /// Sum of the variances of the parameters.
+    /// Sum of the variances of the factors, in units of their priors.
     A,
-    /// c-optimality (Elfving 1952): variance of one prediction, a linear combination of the parameters.
+    /// Variance of the predicted peak of the target (c-optimality).
+    ///
+    /// Elfving 1952; in general that of one linear combination of the parameters.
     C,
 }
 

@@ -12,27 +12,38 @@ use super::{Backend, March, MarchError, Precision};
 use crate::plan::Plan;
 
 /// The backend options of a run.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "command", derive(clap::Args))]
+#[serde(default)]
 pub struct BackendOptions {
-    /// CPU, GPU or automatic.
-    pub kind: BackendKind,
-    /// `None`: f64 on the CPU, f32 on a GPU.
+    /// Device that integrates the members in time
+    #[cfg_attr(feature = "command", arg(long, value_enum, default_value_t))]
+    pub backend: BackendKind,
+    /// Floating-point precision [default: f64 on the CPU, f32 on a GPU]
+    #[cfg_attr(feature = "command", arg(long, value_enum))]
     pub precision: Option<Precision>,
-    /// Part of the name of a Vulkan device.
+    /// Part of the name of the Vulkan device to use
+    #[cfg_attr(feature = "command", arg(long))]
     pub device: Option<String>,
-    /// Vectors of the CPU; `None`: the widest.
+    /// SIMD instruction set of the CPU: avx-512, avx2, neon or scalar, for tests and measurements
+    ///
+    /// `None`: the widest.
+    #[cfg_attr(feature = "command", arg(long, value_name = "NAME", hide = true))]
+    #[serde(skip)]
     pub instruction_set: Option<InstructionSet>,
 }
 
 /// Kind of backend.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
 pub enum BackendKind {
-    /// A hardware GPU if there is one and the work exceeds a threshold, else the CPU.
+    /// A hardware GPU if there is one and the run is long enough to pay for opening it, otherwise the CPU.
     #[default]
     Auto,
     /// The CPU.
     Cpu,
-    /// A Vulkan device.
+    /// Any Vulkan device, including software.
     Gpu,
 }
 
@@ -46,7 +57,7 @@ const MIN_GPU_CELL_STEPS: f64 = 3e8;
 /// # Errors
 /// When a GPU is requested and none is found, can be opened, or passes its self-tests.
 pub fn open(options: &BackendOptions, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
-    match options.kind {
+    match options.backend {
         BackendKind::Gpu => open_requested_gpu(options),
         BackendKind::Auto if options.device.is_some() => open_requested_gpu(options),
         BackendKind::Auto if considers_gpu(options, plan, members) => {
@@ -106,7 +117,7 @@ pub fn open_extrapolated(options: &BackendOptions, plan: &Plan, members: usize) 
 
 /// Whether [`open`] looks for a hardware GPU because of the amount of work.
 pub fn considers_gpu(options: &BackendOptions, plan: &Plan, members: usize) -> bool {
-    options.kind == BackendKind::Auto && options.device.is_none() && exceeds_gpu_threshold(plan, members)
+    options.backend == BackendKind::Auto && options.device.is_none() && exceeds_gpu_threshold(plan, members)
 }
 
 fn open_cpu(options: &BackendOptions) -> Box<dyn March> {

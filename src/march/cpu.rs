@@ -11,6 +11,7 @@ use crate::plan::Plan;
 use crate::traces::{Balance, MemberStatus, Traces};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::str::FromStr;
 
 /// A SIMD group takes as long as this many members in scalar arithmetic (see benches/LOG.md); up to this many members a
 /// thread are marched one by one.
@@ -48,6 +49,18 @@ impl InstructionSet {
             Precision::F64 => march_tangents(self.0.derivatives_f64(), plan, data, points, factors),
             Precision::F32 => march_tangents(self.0.derivatives_f32(), plan, &data.map(|x| x as f32), points, factors),
         }
+    }
+}
+
+impl FromStr for InstructionSet {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let available = Self::available();
+        available.iter().copied().find(|one| one.name() == name).ok_or_else(|| {
+            let names: Vec<&str> = available.iter().map(|one| one.name()).collect();
+            format!("this processor has {}", names.join(", "))
+        })
     }
 }
 

@@ -22,10 +22,13 @@ use record_peaks::RecordPeaks;
 use std::ops::Range;
 
 /// Floating-point precision of a march.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
-    /// Single precision, with temperatures in two words.
+    /// Single precision.
+    ///
+    /// Temperatures have two words.
     F32,
     /// Double precision.
     F64,

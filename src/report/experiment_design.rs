@@ -26,7 +26,7 @@ impl Reportable for ExperimentDesign {
     }
 
     fn facts(&self) -> Vec<String> {
-        vec![format!("{} of the prior", format::counted(self.request.members, "member"))]
+        vec![format!("{} of the prior", format::counted(self.request.question.members, "member"))]
     }
 
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
@@ -38,7 +38,7 @@ impl Reportable for ExperimentDesign {
     fn warnings(&self, _: &Answers) -> Vec<String> {
         let (best, request) = (&self.scenarios[0], &self.request);
         let mut warnings = Vec::new();
-        let poor: Vec<&str> = (request.factors.iter().zip(&best.designs[0].standard_errors))
+        let poor: Vec<&str> = (request.question.factors.iter().zip(&best.designs[0].standard_errors))
             .zip(&self.prior_deviations)
             .filter(|((_, error), prior)| *error > *prior)
             .map(|((name, _), _)| name.as_str())
@@ -48,7 +48,7 @@ impl Reportable for ExperimentDesign {
                 "{}: the expected standard error exceeds the prior standard deviation, so that no {} of these depths \
                  can tell.",
                 format::list(&poor),
-                format::counted(request.sensors, "thermocouple")
+                format::counted(request.question.sensors, "thermocouple")
             ));
         }
         if request.noise.correlation_source == NoiseSource::Assumed {
@@ -76,12 +76,12 @@ impl Reportable for ExperimentDesign {
 
     fn methods(&self, answers: &Answers) -> Vec<String> {
         let request = &self.request;
-        let criterion = match request.criterion {
+        let criterion = match request.question.criterion {
             Criterion::D => "D: the logarithm of the determinant of the covariance",
             Criterion::A => "A: the sum of the variances",
             Criterion::C => "c: the variance of the predicted peak of the target",
         };
-        let over = match request.robustness {
+        let over = match request.question.robustness() {
             Robustness::Mean => "its mean over the members",
             Robustness::Worst => "its mean over the worst 5 % of the members",
         };
@@ -110,7 +110,7 @@ impl Reportable for ExperimentDesign {
     fn screen(&self, answers: &Answers, _: &ScreenLimits) -> Vec<String> {
         let mut rows = vec![head(["factor", "expected s.e.", "prior s.d."])];
         let errors = &self.scenarios[0].designs[0].standard_errors;
-        for ((name, error), prior) in self.request.factors.iter().zip(errors).zip(&self.prior_deviations) {
+        for ((name, error), prior) in self.request.question.factors.iter().zip(errors).zip(&self.prior_deviations) {
             let (error, prior) = (format::significant(*error, 3), format::significant(*prior, 3));
             rows.push([name.clone(), error, prior]);
         }
@@ -146,7 +146,7 @@ fn scenario_text(scenario: &Scenario) -> String {
 
 /// `f_k_INS 0.0123, f_cp_INS 0.01`.
 fn errors_text(outcome: &ExperimentDesign, errors: &[f64]) -> String {
-    let named = outcome.request.factors.iter().zip(errors);
+    let named = outcome.request.question.factors.iter().zip(errors);
     let named: Vec<String> = named.map(|(name, error)| format!("{name} {}", format::significant(*error, 2))).collect();
     format::list(&named)
 }
@@ -160,7 +160,7 @@ fn finding(answers: &Answers, outcome: &ExperimentDesign) -> String {
     };
     format!(
         "Place {}{among} {}. Expected standard errors: {}; the peak of {target} is then predicted to {}.",
-        format::counted(outcome.request.sensors, "thermocouple"),
+        format::counted(outcome.request.question.sensors, "thermocouple"),
         format::list(&depths_text(answers, best, &best.designs[0])),
         errors_text(outcome, &best.designs[0].standard_errors),
         format::temperature_difference(best.designs[0].prediction_k)
@@ -207,14 +207,14 @@ fn against_existing(outcome: &ExperimentDesign) -> Option<String> {
         best.case_id,
         errors_text(outcome, &existing.standard_errors),
         format::list(&named),
-        outcome.request.sensors,
+        outcome.request.question.sensors,
         errors_text(outcome, &best.smallest_errors)
     ))
 }
 
 fn page(answers: &Answers, outcome: &ExperimentDesign) -> String {
     let best = &outcome.scenarios[0];
-    let factors = &outcome.request.factors;
+    let factors = &outcome.request.question.factors;
     let errors = |design: &Design| -> Vec<String> {
         design.standard_errors.iter().map(|error| format::significant(*error, 3)).collect()
     };
@@ -282,9 +282,9 @@ fn page(answers: &Answers, outcome: &ExperimentDesign) -> String {
     );
     text.push(format!(
         "{} of {} candidate depths, at least {} apart; {how}. {} of the prior.",
-        outcome.request.sensors,
+        outcome.request.question.sensors,
         best.selectable,
-        millimetres(outcome.request.least_distance_m),
+        millimetres(outcome.request.question.least_distance_m),
         format::counted(best.members, "member")
     ));
     list(&text)
@@ -295,7 +295,7 @@ fn page(answers: &Answers, outcome: &ExperimentDesign) -> String {
 }
 
 fn designs_table(outcome: &ExperimentDesign) -> Result<NamedFile, ReportError> {
-    let errors = outcome.request.factors.iter().map(|name| format!("{name}_standard_error"));
+    let errors = outcome.request.question.factors.iter().map(|name| format!("{name}_standard_error"));
     let head = ["case", "run_length_s", "thermocouples", "depths_m"].into_iter().map(str::to_owned);
     let tail = ["prediction_K", "criterion", "criterion_worst"].into_iter().map(str::to_owned);
     let mut table = CsvTable::new("designs.csv", head.chain(errors).chain(tail))?;
@@ -320,7 +320,7 @@ fn designs_table(outcome: &ExperimentDesign) -> Result<NamedFile, ReportError> {
 fn information_table(outcome: &ExperimentDesign) -> Result<NamedFile, ReportError> {
     let best = &outcome.scenarios[0];
     let head = ["depth_m", "time_s"].into_iter().map(str::to_owned);
-    let changes = outcome.request.factors.iter().map(|name| format!("{name}_change_K"));
+    let changes = outcome.request.question.factors.iter().map(|name| format!("{name}_change_K"));
     let mut table = CsvTable::new("information.csv", head.chain(changes))?;
     for (place, &candidate) in outcome.map.candidates.iter().enumerate() {
         for (instant, &time_s) in outcome.map.instants_s.iter().enumerate() {

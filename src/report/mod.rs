@@ -198,6 +198,9 @@ pub fn write(answers: &Answers, folder: &OutputFolder) -> Result<Vec<PathBuf>, R
             files.push((format!("figures/{}.{}", figure.id, format.ending()), format.file(still)));
         }
     }
+    if let Some(asked) = &answers.asked {
+        files.push(("question.toml".to_owned(), asked.to_toml().into_bytes()));
+    }
     files.push(("report.html".to_owned(), Vec::new()));
     let names: Vec<String> = files.iter().map(|(name, _)| name).chain(folder.reserved()).cloned().collect();
     if let Some((_, page)) = files.last_mut() {

@@ -2,8 +2,8 @@
 //! as the statistics of one [piece](crate::study::sweep_piece), whose size does not grow with their number; a coverage
 //! study, a posterior and a sizing keep the rows of their [log](crate::study::work_log).
 
-use super::error::{InputError, SessionError};
 use super::sweep_merger::difference;
+use super::{InputError, SessionError};
 use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::study::kept_rows::KeptRows;
 use crate::study::row_journal::{self, RowJournal};

@@ -1,9 +1,9 @@
 //! The design of an experiment.
 
-use super::options::checked_noise_k;
-use super::{DesignOptions, ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, adapted, with_tolerance};
+use super::{ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, adapted, with_tolerance};
 use crate::case::Case;
 use crate::march::March;
+use crate::question::{self, check_noise, named_cases};
 use crate::study::estimate::{SearchOptions, estimate};
 use crate::study::experiment_design::{DesignRequest, ExperimentDesign, SampleNoise, design_experiment};
 
@@ -15,22 +15,23 @@ impl Session {
     /// # Errors
     /// When an option is wrong, there is no room for the thermocouples, another case lacks a factor or the target, the
     /// device fails or has no derivatives, or the march is cancelled.
-    pub fn design(&mut self, options: &DesignOptions) -> Result<ExperimentDesign, SessionError> {
-        let mut request = options.request(&self.case)?;
-        self.run("design", self.case.clone(), ESTIMATE_MEMBERS, |study| {
+    pub fn design(&mut self, question: &question::Design) -> Result<ExperimentDesign, SessionError> {
+        let mut request = request(question, &self.case)?;
+        let others: Vec<Case> = named_cases(&self.case, &question.others)?.into_iter().skip(1).cloned().collect();
+        self.run(&question.clone().into(), self.case.clone(), ESTIMATE_MEMBERS, |study| {
             study.predict()?;
             if request.noise.is_assumed() && study.answers.case.fitted_observations().next().is_some() {
                 request.noise = study.noise_of_residuals(&request)?;
             }
             let RunningStudy { march, answers, options: of_session, .. } = study;
-            let others = options.others.iter().map(|other| with_tolerance(other.clone(), of_session.tolerance_k));
+            let others = others.into_iter().map(|other| with_tolerance(other, of_session.tolerance_k));
             answers.other_cases = others.collect();
             answers.other_cases.iter().for_each(|case| answers.run.add_files(case));
             let cases: Vec<Case> = std::iter::once(&answers.case).chain(&answers.other_cases).cloned().collect();
             let monitor = march.monitor();
-            march.begin_sweep(cases.len() * request.members);
+            march.begin_sweep(cases.len() * request.question.members);
             let found = design_experiment(&cases, *march, &request, &mut |case| adapted(case, of_session, &monitor))?;
-            answers.seed = Some(request.seed);
+            answers.seed = Some(request.question.seed);
             answers.experiment_design = Some(found.clone());
             Ok(found)
         })
@@ -44,11 +45,19 @@ impl RunningStudy<'_> {
         let mut case = self.answers.case.clone();
         if case.estimate.factors.is_empty() {
             let place = |name: &String| case.factors.iter().position(|factor| factor.name == *name);
-            case.estimate.factors = request.factors.iter().filter_map(place).collect();
+            case.estimate.factors = request.question.factors.iter().filter_map(place).collect();
         }
         let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(self.march.backend().precision) };
         let noise = request.noise.or_estimated(&estimate(&[(&case, self.plan)], self.march, &search)?);
-        checked_noise_k(noise.deviation_k)?;
+        check_noise(noise.deviation_k)?;
         Ok(noise)
     }
+}
+
+/// A question with all that it leaves open to the case.
+fn request(question: &question::Design, case: &Case) -> Result<DesignRequest, SessionError> {
+    let question = question.resolved(case)?;
+    let target = case.sensors.iter().position(|sensor| Some(&sensor.name) == question.target.as_ref()).unwrap_or(0);
+    let noise = SampleNoise::stated(question.noise_k, question.correlation_time_s);
+    Ok(DesignRequest { question, noise, target })
 }

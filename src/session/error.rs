@@ -2,6 +2,7 @@
 
 use crate::case::CaseError;
 use crate::march::MarchError;
+use crate::question::InputError;
 use crate::report::ReportError;
 use crate::study::estimate::EstimateError;
 use crate::study::experiment_design::DesignError;
@@ -10,7 +11,6 @@ use crate::study::model_comparison::ComparisonError;
 use crate::study::posterior::PosteriorError;
 use crate::study::size::SizeError;
 use crate::study::twin::SyntheticDataError;
-use std::fmt;
 
 /// The error of a study.
 #[derive(Debug, thiserror::Error)]
@@ -32,36 +32,6 @@ pub enum SessionError {
     #[error(transparent)]
     Report(#[from] ReportError),
 }
-
-/// An error of an option or of a case.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct InputError {
-    /// The option at fault; `None` if it is not a single one.
-    pub option: Option<&'static str>,
-    /// The rest of the sentence: `: no sensor is called "TC9"; there are TC1, TC2`.
-    pub message: String,
-}
-
-impl InputError {
-    /// An error of no single option.
-    pub(super) fn general(message: impl ToString) -> Self {
-        Self { option: None, message: message.to_string() }
-    }
-
-    /// An error of an option. The message follows the name of the option directly.
-    pub(super) fn for_option(option: &'static str, message: impl ToString) -> Self {
-        Self { option: Some(option), message: message.to_string() }
-    }
-}
-
-impl fmt::Display for InputError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}{}", self.option.unwrap_or_default(), self.message)
-    }
-}
-
-impl std::error::Error for InputError {}
 
 impl From<MarchError> for SessionError {
     fn from(error: MarchError) -> Self {
@@ -102,19 +72,4 @@ impl From<ComparisonError> for SessionError {
             other => InputError::general(other).into(),
         }
     }
-}
-
-/// The index of `name` in `names`; an error lists them.
-pub(super) fn index_of<'a>(
-    names: impl Iterator<Item = &'a str>,
-    name: &str,
-    option: &'static str,
-    noun: &str,
-) -> Result<usize, SessionError> {
-    let names: Vec<&str> = names.collect();
-    let index = names.iter().position(|other| *other == name);
-    index.ok_or_else(|| {
-        let all = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        InputError::for_option(option, format!(": no {noun} is called {name:?}; there are {all}")).into()
-    })
 }

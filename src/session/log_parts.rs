@@ -1,11 +1,11 @@
 //! Estimates from many starts and coverage studies whose minimisations other processes do. The result is bit-identical
 //! to that of one process.
 
-use super::error::{InputError, SessionError};
-use super::{ESTIMATE_MEMBERS, EstimateOptions, RunningStudy, Session, TwinStudyOptions};
+use super::{ESTIMATE_MEMBERS, InputError, RunningStudy, Session, SessionError};
 use crate::case::Case;
 use crate::march::March;
 use crate::plan::Plan;
+use crate::question;
 use crate::study::coverage_study::{self, CoverageDesign, CoverageStudy};
 use crate::study::estimate::{self, ParameterEstimates, SearchOptions};
 use crate::study::kept_rows::KeptRows;
@@ -13,21 +13,21 @@ use crate::study::log_part::{LogPart, PartialLog};
 use std::ops::Range;
 
 impl Session {
-    /// Some minimisations of an estimate: [`rounds`](EstimateOptions::rounds) has their numbers. Those with priors need
+    /// Some minimisations of an estimate: [`rounds`](question::Estimate::rounds) has their numbers. Those with priors need
     /// all of the data alone, which are taken from `earlier` or repeated.
     ///
     /// # Errors
     /// As [`estimate`](Self::estimate), and when there are no such minimisations.
     pub fn estimate_part(
         &mut self,
-        options: &EstimateOptions,
+        question: &question::Estimate,
         rows: Range<usize>,
         earlier: &[LogPart],
     ) -> Result<LogPart, SessionError> {
-        let prepared = options.prepared(&self.case)?;
-        let found = self.run("estimate", prepared.case, ESTIMATE_MEMBERS, |study| {
+        let prepared = question.prepared(&self.case)?;
+        let found = self.run(&question.clone().into(), prepared.case, ESTIMATE_MEMBERS, |study| {
             study.add_other_cases(prepared.others);
-            let search = options.fit.search(study.march.backend().precision);
+            let search = question.fit.search(study.march.backend().precision);
             let plans = study.other_plans()?;
             let cases = std::iter::once(&study.answers.case).chain(&study.answers.other_cases);
             let runs: Vec<(&Case, &Plan)> = cases.zip(std::iter::once(study.plan).chain(&plans)).collect();
@@ -47,10 +47,10 @@ impl Session {
     /// As [`estimate`](Self::estimate), and when the parts are of another estimate or one is missing between them.
     pub fn estimate_from(
         &mut self,
-        options: &EstimateOptions,
+        question: &question::Estimate,
         parts: &[LogPart],
     ) -> Result<ParameterEstimates, SessionError> {
-        self.estimate_with_log(options, |study, search| partial_log(&study.estimate_head(search)?, parts))
+        self.estimate_with_log(question, |study, search| partial_log(&study.estimate_head(search)?, parts))
     }
 
     /// The fits of some data sets of a coverage study.
@@ -59,12 +59,12 @@ impl Session {
     /// As [`twin_study`](Self::twin_study), and when there are no such data sets.
     pub fn twin_study_part(
         &mut self,
-        options: &TwinStudyOptions,
+        question: &question::Twin,
         data_sets: Range<usize>,
     ) -> Result<LogPart, SessionError> {
-        let case = options.prepared(&self.case)?;
-        let found = self.run("twin", case, options.data_sets, |study| {
-            let design = options.design(study.march.backend().precision);
+        let case = question.prepared(&self.case)?;
+        let found = self.run(&question.clone().into(), case, question.data_sets.unwrap_or(0), |study| {
+            let design = question.design(study.march.backend().precision);
             let head = study.coverage_head(&design)?;
             check_rows(&data_sets, head.requested)?;
             let (case, plan) = (&study.answers.case, study.plan);
@@ -81,28 +81,15 @@ impl Session {
     /// As [`twin_study`](Self::twin_study), and when the parts are of another study or one is missing between them.
     pub fn twin_study_from(
         &mut self,
-        options: &TwinStudyOptions,
+        question: &question::Twin,
         parts: &[LogPart],
     ) -> Result<CoverageStudy, SessionError> {
-        let case = options.prepared(&self.case)?;
-        self.run("twin", case, options.data_sets, |study| {
-            let design = options.design(study.march.backend().precision);
+        let case = question.prepared(&self.case)?;
+        self.run(&question.clone().into(), case, question.data_sets.unwrap_or(0), |study| {
+            let design = question.design(study.march.backend().precision);
             let mut log = partial_log(&study.coverage_head(&design)?, parts)?;
             study.coverage(&design, &mut log)
         })
-    }
-}
-
-impl EstimateOptions {
-    /// The numbers of the minimisations of an estimate: one range for those of the data alone, and another one for
-    /// those with priors if there are any. A minimisation depends on no other of its range.
-    ///
-    /// # Errors
-    /// As [`check`](Self::check).
-    pub fn rounds(&self, case: &Case) -> Result<Vec<Range<usize>>, SessionError> {
-        let (prepared, starts) = (self.prepared(case)?, self.fit.starts);
-        let with_priors = prepared.case.estimate.prior.map(|_| starts..2 * starts);
-        Ok(std::iter::once(0..starts).chain(with_priors).collect())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Merging of the files of a sweep's parts. The result is bit-identical to one sweep over all members.
 
-use super::error::{InputError, SessionError};
 use super::sweep_merger::{SweepMerger, check_same_sweep, no_parts};
+use super::{InputError, SessionError};
 use crate::adapt::adapt;
 use crate::case::Case;
 use crate::study::answers::Answers;

@@ -52,7 +52,7 @@ impl Session {
         take: &mut (dyn FnMut(&Traces) + Send),
     ) -> Result<(), SessionError> {
         self.check_points(points, &[])?;
-        self.with_march(points.len(), self.options.precision, |plan, march| {
+        self.with_march(points.len(), self.options.march.precision, |plan, march| {
             march.begin_sweep(points.len());
             let without_gauges;
             let plan = if has_gauges {
@@ -72,7 +72,7 @@ impl Session {
     /// As [`march`](Self::march), and when there is no such factor.
     pub fn tangents(&mut self, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, SessionError> {
         self.check_points(points, factors)?;
-        self.with_march(points.len() * (1 + factors.len()), self.options.precision, |plan, march| {
+        self.with_march(points.len() * (1 + factors.len()), self.options.march.precision, |plan, march| {
             Ok(march.tangents(plan, points, factors)?)
         })
     }
@@ -113,7 +113,7 @@ impl Session {
 
     /// The index of the march for a number of members and a precision, which is opened if it is not yet.
     pub(super) fn open_march(&mut self, members: usize, precision: Option<Precision>) -> Result<usize, SessionError> {
-        let choice = BackendOptions { precision, ..self.options.choice() };
+        let choice = BackendOptions { precision, ..self.options.march.clone() };
         let seeks_hardware = backend_selection::considers_gpu(&choice, &self.plan, members);
         let is_open = |open: &OpenMarch| (open.precision, open.seeks_hardware) == (precision, seeks_hardware);
         if let Some(index) = self.marches.iter().position(is_open) {

@@ -1,16 +1,14 @@
 //! A study while it runs: its plan, its march and the answers so far.
 
 use super::checkpoint::{ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
-use super::{
-    Answers, FitOptions, MembersCallback, Options, SensitivityOptions, SessionError, UncertaintyOptions, adapted,
-    with_tolerance,
-};
+use super::{Answers, MembersCallback, Options, SessionError, adapted, with_tolerance};
 use crate::adapt::{ACCEPTED_ERROR, checked_at_members, refined_traces};
 use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+use crate::question::{self, Fit};
 use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study_from};
 use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
 use crate::study::driver_emissivity::driver_emissivity;
@@ -23,8 +21,8 @@ use crate::study::posterior::{Posterior, Walkers, posterior_from};
 use crate::study::posterior::{PosteriorError, log_columns};
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
-use crate::study::sweep_piece::{CaseIdentity, Piece, SamplingRecord, fingerprint};
-use crate::study::uncertainty::{SweepError, SweepStatistics, Uncertainty, sweep_error};
+use crate::study::sweep_piece::{CaseIdentity, Piece, fingerprint};
+use crate::study::uncertainty::{Sweep, SweepError, SweepStatistics, Uncertainty, sweep_error};
 use crate::study::work_log::{NoLog, WorkLog};
 use crate::traces::MemberStatus;
 use std::ops::Range;
@@ -35,7 +33,6 @@ pub(super) struct RunningStudy<'a> {
     pub(super) plan: &'a Plan,
     pub(super) march: &'a mut MonitoredMarch,
     pub(super) options: Options,
-    pub(super) depth_profiles: Option<ProfileInstants>,
     pub(super) answers: Answers,
 }
 
@@ -50,28 +47,31 @@ impl RunningStudy<'_> {
 
     pub(super) fn uncertainty(
         &mut self,
-        options: &UncertaintyOptions,
+        sweep: &Sweep,
         members: &mut MembersCallback<'_>,
     ) -> Result<Uncertainty, SessionError> {
         let nominal = match &self.answers.nominal {
             Some(nominal) => nominal.clone(),
             None => self.predict()?,
         };
-        let gathered = self.sweep_statistics(options, &nominal, 0..options.members, members)?;
-        let mut found = gathered.results(&nominal, &options.sweep().sampling, options.members);
+        let gathered = self.sweep_statistics(sweep, &nominal, 0..sweep.members, members)?;
+        let mut found = gathered.results(&nominal, &sweep.sampling, sweep.members);
         if !found.is_partial() {
-            found.discretisation_error = self.sweep_error(&options.sweep().ensemble(&self.answers.case))?;
+            found.discretisation_error = self.sweep_error(&sweep.ensemble(&self.answers.case))?;
         }
-        self.answers.seed = Some(options.seed);
+        self.answers.seed = Some(sweep.sampling.seed);
         self.answers.uncertainty = Some(found.clone());
         Ok(found)
     }
 
-    /// Profiles through the thickness, if the session has them; with bands over the members of a sweep.
-    pub(super) fn depth_profiles(&mut self, sweep: Option<&UncertaintyOptions>) -> Result<(), SessionError> {
-        let Some(instants) = &self.depth_profiles else { return Ok(()) };
-        let sweep = sweep.map(UncertaintyOptions::sweep);
-        let found = depth_profiles(&self.answers.case, self.plan, instants, sweep.as_ref(), &self.march.monitor());
+    /// Profiles through the thickness, if there are instants for them; with bands over the members of a sweep.
+    pub(super) fn depth_profiles(
+        &mut self,
+        instants: Option<&ProfileInstants>,
+        sweep: Option<&Sweep>,
+    ) -> Result<(), SessionError> {
+        let Some(instants) = instants else { return Ok(()) };
+        let found = depth_profiles(&self.answers.case, self.plan, instants, sweep, &self.march.monitor());
         match found {
             // The sweep is complete, and its answer is not thrown away.
             Err(MarchError::Stopped) if sweep.is_some() => {
@@ -94,17 +94,17 @@ impl RunningStudy<'_> {
     /// Statistics of some members of a sweep.
     pub(super) fn sweep_statistics(
         &mut self,
-        options: &UncertaintyOptions,
+        sweep: &Sweep,
         nominal: &Prediction,
         part: Range<usize>,
         members: &mut MembersCallback<'_>,
     ) -> Result<SweepStatistics, SessionError> {
-        let (case, sweep) = (&self.answers.case, options.sweep());
+        let case = &self.answers.case;
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
         let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind)
-            .with_driver_emissivity(self.answers.driver_emissivity.as_ref(), options.seed);
-        let mut keeper = self.keeper(options, nominal, &part, &gathered);
+            .with_driver_emissivity(self.answers.driver_emissivity.as_ref(), sweep.sampling.seed);
+        let mut keeper = self.keeper(sweep, nominal, &part, &gathered);
         let part = match keeper.as_ref().map_or(Ok(None), |keeper| keeper.kept(&gathered, &part))? {
             Some((kept, next)) => {
                 gathered = kept;
@@ -138,7 +138,7 @@ impl RunningStudy<'_> {
     /// Keeps the members of a sweep, if the session has a checkpoint and the nominal march a result to refer to.
     pub(super) fn keeper(
         &self,
-        options: &UncertaintyOptions,
+        sweep: &Sweep,
         nominal: &Prediction,
         part: &Range<usize>,
         empty: &SweepStatistics,
@@ -147,9 +147,12 @@ impl RunningStudy<'_> {
         let case = &self.answers.case;
         let path = case.input_files().first().map_or_else(PathBuf::new, |file| PathBuf::from(&file.path));
         let mark = CaseIdentity { id: case.id.clone(), path, sets: Vec::new(), fingerprint: fingerprint(case) };
-        let (draw, run) = (SamplingRecord::from(options), self.answers.run.clone());
+        let run = self.answers.run.clone();
         let members = part.start..part.start;
-        Some(SweepKeeper::new(checkpoint, Piece::new(mark, draw, &self.march.backend(), run, members, nominal, empty)))
+        Some(SweepKeeper::new(
+            checkpoint,
+            Piece::new(mark, *sweep, &self.march.backend(), run, members, nominal, empty),
+        ))
     }
 
     /// Keeps the rows of the log of a study, if the session has a checkpoint. `size` is the length of a row, and the
@@ -171,8 +174,8 @@ impl RunningStudy<'_> {
         KeptRows::new(cases, &self.march.backend(), run.clone(), options, size)
     }
 
-    pub(super) fn sensitivity(&mut self, options: &SensitivityOptions) -> Result<Sensitivity, SessionError> {
-        let step = options.step(self.march.backend().precision);
+    pub(super) fn sensitivity(&mut self, question: &question::Sensitivity) -> Result<Sensitivity, SessionError> {
+        let step = question.difference_step(self.march.backend().precision);
         let found = sensitivity(&self.answers.case, self.plan, self.march, step)?;
         self.answers.sensitivity = Some(found.clone());
         Ok(found)
@@ -194,7 +197,7 @@ impl RunningStudy<'_> {
 
     pub(super) fn estimate<L: WorkLog>(
         &mut self,
-        fit: &FitOptions,
+        fit: &Fit,
         walkers: Option<&Walkers>,
         log: impl FnOnce(&Self, &SearchOptions) -> Result<L, SessionError>,
     ) -> Result<ParameterEstimates, SessionError> {
@@ -257,12 +260,7 @@ impl RunningStudy<'_> {
     }
 
     /// Fit another case to the same observations, and compare the misfits.
-    pub(super) fn compare(
-        &mut self,
-        other: Case,
-        fit: &FitOptions,
-        found: &ParameterEstimates,
-    ) -> Result<(), SessionError> {
+    pub(super) fn compare(&mut self, other: Case, fit: &Fit, found: &ParameterEstimates) -> Result<(), SessionError> {
         let Some(first) = found.fitted.first() else { return Ok(()) };
         let (search, other) =
             (fit.search(self.march.backend().precision), with_tolerance(other, self.options.tolerance_k));

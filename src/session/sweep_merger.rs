@@ -1,16 +1,17 @@
 //! Parts of a sweep, merged as they come. The result is bit-identical to one sweep over all members.
 
-use super::error::{InputError, SessionError};
-use crate::case::{Bounds, Case};
-use crate::ensemble::{Sampling, SamplingKind};
+use super::error::SessionError;
+use crate::case::Case;
+use crate::ensemble::Sampling;
 use crate::march::{Backend, Precision};
 use crate::plan::Plan;
+use crate::question::InputError;
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
 use crate::study::run_record::RunRecord;
 use crate::study::sweep_piece::{Piece, fingerprint};
 use crate::study::timing::Timing;
-use crate::study::uncertainty::SweepStatistics;
+use crate::study::uncertainty::{Sweep, SweepStatistics};
 use std::ops::Range;
 use std::time::Instant;
 
@@ -62,15 +63,14 @@ impl SweepMerger {
             return Err(damaged());
         }
         let nominal = Prediction::of(case, plan, &traces, 0);
-        let bounds = Bounds::named(&part.draw.bounds).ok_or_else(damaged)?;
-        let kind = SamplingKind::named(&part.draw.sampling).ok_or_else(damaged)?;
-        let statistics = SweepStatistics::new(case, &nominal, &envelope, bounds, kind);
+        let Sweep { sampling, bounds, .. } = part.draw;
+        let statistics = SweepStatistics::new(case, &nominal, &envelope, bounds, sampling.kind);
         let mut run = RunRecord::new(None, &march_backend(part, String::new()), rayon::current_num_threads());
         run.add_files(case);
         Ok(Self {
             case: case.clone(),
             nominal,
-            sampling: Sampling { kind, seed: part.draw.seed },
+            sampling,
             first: (name.to_owned(), part.without_statistics()),
             statistics,
             parts: Vec::new(),
@@ -142,7 +142,7 @@ impl SweepMerger {
             Timing { plan_s: 0.0, march_s: 0.0, other_s: self.began.elapsed().as_secs_f64(), start: self.began };
         let backend = march_backend(first, self.devices());
         let mut answers = Answers::new("merge", self.case.clone(), backend, seconds, self.run.clone());
-        answers.seed = Some(first.draw.seed);
+        answers.seed = Some(first.draw.sampling.seed);
         answers.nominal = Some(self.nominal.clone());
         answers.uncertainty = Some(outcome);
         answers
@@ -232,10 +232,7 @@ pub(super) fn difference(piece: &Piece, first: &Piece) -> Option<(&'static str, 
         return pair("cases", &|piece| format!("{} ({})", piece.case.id, piece.case.fingerprint));
     }
     if piece.draw != first.draw {
-        return pair("samples", &|piece| {
-            let draw = &piece.draw;
-            format!("{} members by {}, seed {}, {} bounds", draw.members, draw.sampling, draw.seed, draw.bounds)
-        });
+        return pair("samples", &|piece| piece.draw.to_string());
     }
     if (&piece.backend.kind, &piece.backend.precision) != (&first.backend.kind, &first.backend.precision) {
         return pair("backends", &|piece| format!("{} {}", piece.backend.kind, piece.backend.precision));

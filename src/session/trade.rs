@@ -1,9 +1,10 @@
 //! The trade study.
 
 use super::checkpoint::MARCHES;
-use super::end_of_log;
-use super::{RunningStudy, Session, SessionError, TradeOptions, with_tolerance};
+use super::running_study::{RunningStudy, end_of_log};
+use super::{Session, SessionError, with_tolerance};
 use crate::case::Case;
+use crate::question;
 use crate::study::size::{LOG_COLUMNS, SizeError};
 use crate::study::sweep_piece::fingerprint;
 use crate::study::trade::{Trade, trade};
@@ -14,17 +15,16 @@ impl Session {
     /// # Errors
     /// When an option is wrong, a layup is no valid case, the ply cannot be sized, the device fails or the march is
     /// cancelled. That no allowed thickness suffices for a layup is no error: see [`Trade`].
-    pub fn trade(&mut self, options: &TradeOptions) -> Result<Trade, SessionError> {
-        let sweep = options.size.sweep;
+    pub fn trade(&mut self, question: &question::Trade) -> Result<Trade, SessionError> {
         let tolerance_k = self.options.tolerance_k;
         let exposures: Vec<Case> =
-            options.exposures.iter().map(|other| with_tolerance(other.clone(), tolerance_k)).collect();
-        let (request, layups) = options.request(&self.case, &exposures)?;
-        self.run("trade", self.case.clone(), sweep.members, |study| {
+            question.exposures()?.into_iter().map(|other| with_tolerance(other, tolerance_k)).collect();
+        let (request, layups) = question.resolved(&self.case, &exposures)?;
+        let draw = question.draw.sweep(question.members);
+        self.run(&question.clone().into(), self.case.clone(), question.members, |study| {
             study.predict()?;
             study.answers.other_cases = exposures;
             study.answers.other_cases.iter().for_each(|case| study.answers.run.add_files(case));
-            let draw = sweep.sweep();
             let mut log = {
                 let cases = layups.iter().flat_map(|layup| &layup.cases).map(fingerprint).collect::<Vec<_>>();
                 let options = format!("{request:?}, {draw:?}, {}", cases.join(" "));
@@ -34,7 +34,7 @@ impl Session {
             let found = trade(&layups, *march, &request, &draw, &mut log);
             answers.run.remarks.extend(end_of_log(log, matches!(found, Err(SizeError::March(_)))));
             let found = found?;
-            answers.seed = Some(sweep.seed);
+            answers.seed = Some(draw.sampling.seed);
             answers.trade = Some(found.clone());
             Ok(found)
         })

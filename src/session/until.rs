@@ -1,8 +1,8 @@
 //! A sweep that ends when the interval of a percentile or of a probability is narrow enough.
 
-use super::{InputError, MembersCallback, RunningStudy, Session, SessionError, UncertaintyOptions};
-use crate::case::Case;
+use super::{InputError, MembersCallback, RunningStudy, Session, SessionError};
 use crate::march::March;
+use crate::question::{self, Goal};
 use crate::study::sequential_sampling::{
     Drawing, PlainReason, PrecisionReached, PrecisionTarget, TargetQuantity, drawing, importance_sampling_until,
     sweep_until,
@@ -12,7 +12,7 @@ use crate::study::uncertainty::{Sweep, SweepStatistics, failure_reason};
 
 impl Session {
     /// Sample until the 95 % confidence interval of a percentile or of a probability has its half-width, or
-    /// `options.members` are drawn. The answers also have the sweep that was drawn; for a rare probability, which is
+    /// all members of the question are drawn. The answers also have the sweep that was drawn; for a rare probability, which is
     /// computed by importance sampling, there is none.
     ///
     /// # Errors
@@ -20,50 +20,31 @@ impl Session {
     /// sensor.
     pub fn uncertainty_until(
         &mut self,
-        options: &UncertaintyOptions,
-        target: &PrecisionTarget,
+        question: &question::Uncertainty,
         members: &mut MembersCallback<'_>,
     ) -> Result<PrecisionReached, SessionError> {
-        options.check_until(&self.case, target)?;
-        self.run("uncertainty", self.case.clone(), options.members, |study| {
-            let found = study.uncertainty_until(options, target, members)?;
-            study.answers.seed = Some(options.seed);
+        question.check(&self.case)?;
+        let Goal::Until(target) = &question.goal else {
+            return Err(InputError::for_option("until", ": expected a percentile or a probability").into());
+        };
+        let (target, sweep) = (question.target(target, &self.case)?, question.sweep());
+        self.run(&question.clone().into(), self.case.clone(), question.members, |study| {
+            let found = study.uncertainty_until(&sweep, &target, members)?;
+            study.answers.seed = Some(sweep.sampling.seed);
             study.answers.precision_reached = Some(found.clone());
             Ok(found)
         })
     }
 }
 
-impl UncertaintyOptions {
-    /// Check the options for a case and a target, before any computation.
-    ///
-    /// # Errors
-    /// As [`Session::uncertainty_until`] for its input.
-    pub fn check_until(&self, case: &Case, target: &PrecisionTarget) -> Result<(), SessionError> {
-        self.check(case)?;
-        if !self.sampling.has_independent_members() {
-            let message = format!(
-                " {}: expected normal or uniform, as the intervals of a target are those of independent members",
-                self.sampling.name()
-            );
-            return Err(InputError::for_option("sampling", message).into());
-        }
-        if target.sensor >= case.sensors.len() {
-            let message = format!(": no sensor {}, expected an index below {}", target.sensor, case.sensors.len());
-            return Err(InputError::for_option("until", message).into());
-        }
-        Ok(())
-    }
-}
-
 impl RunningStudy<'_> {
     fn uncertainty_until(
         &mut self,
-        options: &UncertaintyOptions,
+        sweep: &Sweep,
         target: &PrecisionTarget,
         members: &mut MembersCallback<'_>,
     ) -> Result<PrecisionReached, SessionError> {
-        let (nominal, sweep) = (self.predict()?, options.sweep());
+        let nominal = self.predict()?;
         if let Some(reason) = failure_reason(&self.answers.case, &nominal.status) {
             return Err(InputError::general(format!("the nominal march failed: {reason}")).into());
         }
@@ -75,22 +56,22 @@ impl RunningStudy<'_> {
             let how = match driver {
                 // Design points are of the factors: they do not know the emissivity of a face that a pyrometer holds.
                 Some(_) => Drawing::Plain(PlainReason::HeldEmissivity),
-                None => drawing(case, plan, march, &sweep, target.sensor, temperature_k)?,
+                None => drawing(case, plan, march, sweep, target.sensor, temperature_k)?,
             };
             match how {
                 Drawing::Importance(design) => {
-                    return Ok(importance_sampling_until(case, plan, march, &sweep, target, temperature_k, design)?);
+                    return Ok(importance_sampling_until(case, plan, march, sweep, target, temperature_k, design)?);
                 }
                 Drawing::Plain(reason) => plain_reason = Some(reason),
             }
         }
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, plan, &nominal, bounds, kind, &self.march.monitor())?;
-        let mut gathered =
-            SweepStatistics::new(case, &nominal, &envelope, bounds, kind).with_driver_emissivity(driver, options.seed);
-        let found = sweep_until(case, plan, self.march, &mut gathered, &sweep, target, members)?;
+        let mut gathered = SweepStatistics::new(case, &nominal, &envelope, bounds, kind)
+            .with_driver_emissivity(driver, sweep.sampling.seed);
+        let found = sweep_until(case, plan, self.march, &mut gathered, sweep, target, members)?;
         let found = PrecisionReached { plain_reason, ..found };
-        let drawn = Sweep { members: gathered.members(), ..sweep };
+        let drawn = Sweep { members: gathered.members(), ..*sweep };
         let mut of_drawn = gathered.results(&nominal, &sweep.sampling, drawn.members);
         of_drawn.discretisation_error = self.sweep_error(&drawn.ensemble(&self.answers.case))?;
         self.answers.uncertainty = Some(of_drawn);

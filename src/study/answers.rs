@@ -20,6 +20,7 @@ use super::trade::Trade;
 use super::uncertainty::Uncertainty;
 use crate::case::Case;
 use crate::march::Backend;
+use crate::question::QuestionRecord;
 
 /// The results of one question; a part that the question does not compute is `None`.
 #[derive(Clone, Debug)]
@@ -41,6 +42,9 @@ pub struct Answers {
     pub timing: Timing,
     /// When, by which command and from which files.
     pub run: RunRecord,
+    /// The question as it was asked; `None` for a sweep that was merged from its parts.
+    #[serde(skip)]
+    pub asked: Option<QuestionRecord>,
     /// What was read of the observations.
     pub observation_check: Option<ObservationCheck>,
     /// The prediction with nominal factors.
@@ -87,6 +91,7 @@ impl Answers {
             seed: None,
             timing: seconds,
             run,
+            asked: None,
             observation_check: None,
             nominal: None,
             driver_smoothing: None,

@@ -5,6 +5,7 @@
 //! sensors, so that they depend on no backend and cost the march of a sweep nothing.
 
 use super::uncertainty::Sweep;
+use crate::case::unit::{Dimension, parse_quantity};
 use crate::case::{Case, GasFlowModel};
 use crate::ensemble::Ensemble;
 use crate::limits::PROFILE_INSTANTS;
@@ -15,6 +16,8 @@ use crate::march::{March, MarchError, Precision, march_members};
 use crate::plan::Plan;
 pub use crate::plan::ProfileDepth;
 use crate::traces::{MemberStatus, Traces};
+use std::fmt;
+use std::str::FromStr;
 
 /// The instants of the profiles.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +77,33 @@ pub struct CellStates {
 pub const MAX_MEMBERS: usize = 1000;
 /// Percentiles of the bands.
 pub const BAND_PERCENTS: [f64; 3] = [5.0, 50.0, 95.0];
+
+impl fmt::Display for ProfileInstants {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Even(count) => write!(formatter, "{count}"),
+            Self::Times(times_s) => {
+                let times: Vec<String> = times_s.iter().map(|time_s| format!("{time_s} s")).collect();
+                write!(formatter, "{}", times.join(","))
+            }
+        }
+    }
+}
+
+/// A number, or times with their units: `10s,40s`.
+impl FromStr for ProfileInstants {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim().parse::<usize>() {
+            Ok(count) => Ok(Self::Even(count)),
+            Err(_) => {
+                let time = |text| parse_quantity(text, Dimension::Time);
+                text.split(',').map(time).collect::<Result<_, _>>().map(Self::Times)
+            }
+        }
+    }
+}
 
 impl ProfileInstants {
     /// Check the instants for a case.

@@ -14,44 +14,23 @@ mod information;
 
 pub use candidates::Candidate;
 
-use crate::case::{Bounds, Case};
+use crate::case::Case;
 use crate::fit::optimal_design::{Criterion, InformationTable, Objective, OptimalSet, Robustness, optimal_sets};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+use crate::question::Design as DesignQuestion;
 use crate::study::estimate::ParameterEstimates;
 use information::{Information, gather};
 
-/// What is to be estimated, and with which sensors.
+/// A question with all that it leaves open to the case.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct DesignRequest {
-    /// Names of the factors to estimate.
-    pub factors: Vec<String>,
-    /// Number of thermocouples.
-    pub sensors: usize,
-    /// Distance of the candidate depths inside the plies, m; `None` for 1/24 of the layup.
-    pub grid_m: Option<f64>,
-    /// Smallest distance of two thermocouples, m.
-    pub least_distance_m: f64,
-    /// Standard deviation of the depth of a thermocouple, m.
-    pub position_tolerance_m: f64,
-    /// Time between two samples, s; `None` for the output interval of the case.
-    pub sampling_s: Option<f64>,
+    /// The question, with its factors and its target, and run lengths in ascending order.
+    pub question: DesignQuestion,
     /// The noise of the samples.
     pub noise: SampleNoise,
-    /// Lengths of the run, s; empty for the duration of the case.
-    pub run_lengths_s: Vec<f64>,
-    /// The criterion.
-    pub criterion: Criterion,
-    /// Over the members.
-    pub robustness: Robustness,
     /// Index of the sensor whose peak is predicted afterwards, in the first case; in the others that of its name.
     pub target: usize,
-    /// Members drawn from the prior.
-    pub members: usize,
-    /// Seed of the members and of the starts.
-    pub seed: u64,
-    /// Side constraints between which members are drawn.
-    pub bounds: Bounds,
 }
 
 /// Noise of the samples of a thermocouple: the [noise model](crate::fit::noise_model) of an estimate, independent
@@ -313,23 +292,23 @@ fn scenario(
 ) -> Result<Scenario, DesignError> {
     let objective = Objective {
         table,
-        criterion: request.criterion,
-        robustness: request.robustness,
+        criterion: request.question.criterion,
+        robustness: request.question.robustness(),
         prediction: &information.prediction,
     };
     let (candidates, selectable) = (&information.candidates, information.selectable);
-    let apart_m = request.least_distance_m * (1.0 - 1e-9);
+    let apart_m = request.question.least_distance_m * (1.0 - 1e-9);
     let compatible = |one: usize, other: usize| (candidates[one].depth_m - candidates[other].depth_m).abs() >= apart_m;
     let design = |set: &OptimalSet| information.design(&objective, set);
     let mut growth = Vec::new();
     let (mut best, mut is_exhaustive) = (Vec::new(), false);
-    for size in 1..=request.sensors {
-        (best, is_exhaustive) = optimal_sets(&objective, selectable, size, &compatible, request.seed);
+    for size in 1..=request.question.sensors {
+        (best, is_exhaustive) = optimal_sets(&objective, selectable, size, &compatible, request.question.seed);
         let first = best.first().ok_or_else(|| DesignError::NoRoom {
             case: case.id.clone(),
             sensors: size,
             depths: selectable,
-            distance_mm: 1e3 * request.least_distance_m,
+            distance_mm: 1e3 * request.question.least_distance_m,
         })?;
         growth.push(design(first));
     }
@@ -338,7 +317,8 @@ fn scenario(
         let unit: Vec<f64> = (0..n * table.members()).map(|i| if i % n == factor { 1.0 } else { 0.0 }).collect();
         let variance =
             Objective { criterion: Criterion::C, robustness: Robustness::Mean, prediction: &unit, ..objective };
-        let (best, _) = optimal_sets(&variance, selectable, request.sensors, &compatible, request.seed);
+        let (best, _) =
+            optimal_sets(&variance, selectable, request.question.sensors, &compatible, request.question.seed);
         best.first().map_or(f64::NAN, |set| information.deviations[factor] * set.loss.sqrt())
     };
     let own: Vec<usize> = (selectable..candidates.len()).collect();

@@ -28,25 +28,13 @@ use crate::fit::{Fit, LeastSquares, Options, minimize};
 use crate::march::monitor::Monitor;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+use crate::question::History;
 use crate::traces::Traces;
 use inversion_problem::InversionProblem;
 use knots::Knots;
 use linearized_inversion::{LinearizedInversion, LinearizedQuery};
 use nalgebra::{DMatrix, DVector};
 use restricted_likelihood::{LinearizedReadings, ModelPosterior, RoughnessModels};
-
-/// Settings of a flux inversion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InversionOptions {
-    /// `None` selects the only quantity that heats the case's hot face.
-    pub quantity: Option<HeatingQuantity>,
-    /// Knots in addition to the corners of the case's own schedule, spread over the time in which that schedule heats.
-    /// `None`: half as many as the sensor with the most samples has, at most [`DEFAULT_KNOTS`].
-    pub knots: Option<usize>,
-    /// Regularisation weight, relative to the weight at which the Jacobians of data and roughness have equal norms;
-    /// zero or more. `None` selects the weight of least expected error.
-    pub smoothing: Option<f64>,
-}
 
 /// Most knots where their number is not given: enough for what a thermocouple near the face resolves within a minute.
 /// With 20 the heating between the knots, which no interval has, matters at steps.
@@ -204,11 +192,7 @@ const NEGLIGIBLE_REDUCTION: f64 = 1e-2;
 ///
 /// # Errors
 /// When the hot face lacks the selected quantity, the data are insufficient, or the device fails.
-pub fn invert_flux(
-    case: &Case,
-    march: &mut dyn March,
-    requested: &InversionOptions,
-) -> Result<FluxInversion, InversionError> {
+pub fn invert_flux(case: &Case, march: &mut dyn March, requested: &History) -> Result<FluxInversion, InversionError> {
     let quantity = HeatingQuantity::for_case(case, requested.quantity)?;
     let Some(own) = quantity.schedule(&case.exposure.hot_face) else {
         return Err(InversionError::HeldFace { case: case.id.clone() });
@@ -257,7 +241,7 @@ struct Inversion<'a> {
     knots: &'a Knots,
     window_s: (f64, f64),
     end_s: f64,
-    requested: &'a InversionOptions,
+    requested: &'a History,
 }
 
 impl Inversion<'_> {

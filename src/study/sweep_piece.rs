@@ -10,7 +10,7 @@ use super::margins::MarginSamples;
 use super::nominal::{GaugeTrace, Prediction};
 use super::run_record::RunRecord;
 use super::simultaneous_band::Envelope;
-use super::uncertainty::{Failure, SweepStatistics};
+use super::uncertainty::{Failure, Sweep, SweepStatistics};
 use crate::case::{Case, InputFile, unreadable_file_message};
 use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::march;
@@ -31,7 +31,7 @@ pub struct Piece<N = Vec<i128>> {
     /// The case that was marched.
     pub case: CaseIdentity,
     /// Sampling of the whole sweep.
-    pub draw: SamplingRecord,
+    pub draw: Sweep,
     /// The backend.
     pub backend: Backend,
     /// The members of this piece: first, and one past the last.
@@ -69,20 +69,6 @@ pub struct CaseIdentity {
     pub sets: Vec<(String, String)>,
     /// Hash of the case's content, by [`fingerprint`].
     pub fingerprint: String,
-}
-
-/// Sampling of the whole sweep.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SamplingRecord {
-    /// Members of the whole sweep.
-    pub members: usize,
-    /// `normal`, `uniform`, `lhs`, `sobol`.
-    pub sampling: String,
-    /// The seed of the draw.
-    pub seed: u64,
-    /// `small`, `large`.
-    pub bounds: String,
 }
 
 /// The backend.
@@ -142,7 +128,7 @@ impl Piece {
     /// A piece with the statistics of `members` about a completed nominal march.
     pub fn new(
         case: CaseIdentity,
-        draw: SamplingRecord,
+        draw: Sweep,
         backend: &march::Backend,
         run: RunRecord,
         members: Range<usize>,
@@ -197,7 +183,7 @@ impl Piece {
 
     fn with_numbers<N>(&self, gathered: &SweepStatistics, numbers: N) -> Piece<N> {
         let nominal = self.nominal.clone();
-        let (case, draw, backend, run) = (self.case.clone(), self.draw.clone(), self.backend.clone(), self.run.clone());
+        let (case, draw, backend, run) = (self.case.clone(), self.draw, self.backend.clone(), self.run.clone());
         let members = self.members.start..self.members.start + gathered.members();
         let (kept, failures) = (gathered.stored_traces().clone(), failure_records(gathered));
         let margins = gathered.margin_samples().clone();
@@ -244,7 +230,7 @@ impl Piece {
         Self {
             run: run.clone(),
             case: case.clone(),
-            draw: draw.clone(),
+            draw: *draw,
             backend: backend.clone(),
             members: members.clone(),
             equal_pieces: *equal_pieces,

@@ -16,6 +16,7 @@ use crate::plan::Plan;
 use crate::traces::{MemberStatus, Traces};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::ops::Range;
 
 /// Results of a Monte Carlo sweep over the factors.
@@ -109,11 +110,13 @@ pub struct PeakSpread {
 }
 
 /// Settings of a Monte Carlo sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sweep {
     /// Number of members.
     pub members: usize,
     /// Distribution, sampling method and seed.
+    #[serde(flatten)]
     pub sampling: Sampling,
     /// Side constraints between which factors are drawn.
     pub bounds: Bounds,
@@ -123,6 +126,14 @@ impl Uncertainty {
     /// Whether the sweep was stopped before its last member.
     pub fn is_partial(&self) -> bool {
         self.members < self.requested
+    }
+}
+
+/// `5000 members by normal, seed 1, small bounds`
+impl fmt::Display for Sweep {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { members, sampling: Sampling { kind, seed }, bounds } = self;
+        write!(formatter, "{members} members by {}, seed {seed}, {} bounds", kind.name(), bounds.name())
     }
 }
 

@@ -100,12 +100,12 @@ fn a_case_without_the_quantity_or_with_too_few_samples_is_refused() {
     refused("history c", &["knot values cannot be estimated from 4 samples"]);
     refused("history c --window 11:19", &["no samples between 11 s and 19 s"]);
     refused("history c --knots 1 --quantity gas", &["--quantity gas", "the hot face has no film"]);
-    refused("history c --knots 1 --quantity heat", &["--quantity \"heat\"", "flux, radiant-flux or gas"]);
+    refused("history c --knots 1 --quantity heat", &["'heat' for '--quantity <QUANTITY>'", "flux, radiant-flux, gas"]);
     scratch.write("two/case.toml", case.replace(FLUX, &format!("{FLUX}\nradiant_flux = \"1 W/cm^2\"")));
     refused(
         "history two --knots 1",
         &["two", "a flux and a radiant-flux", "--quantity flux or --quantity radiant-flux"],
     );
-    refused("history c --knots 1 --smoothing soft", &["--smoothing \"soft\"", "expected a weight of 0 or more"]);
+    refused("history c --knots 1 --smoothing soft", &["'soft' for '--smoothing <SMOOTHING>'", "invalid float"]);
     refused("history c --knots 1 --bounds small", &["--bounds", "no factor"]);
 }

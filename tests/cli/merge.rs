@@ -238,10 +238,13 @@ fn an_invalid_range_of_members_is_refused_with_the_expected_form() {
     let scratch = Scratch::new("pieces-typed");
     scratch.write("c/case.toml", CASE);
     for (members, said) in [
-        ("5", "--members \"5\": expected FIRST..END such as 0..2500"),
-        ("a..b", "--members \"a..b\": expected FIRST..END"),
+        ("5", "'5' for '--members <A..B>': expected FIRST..END such as 0..2500"),
+        ("a..b", "'a..b' for '--members <A..B>': expected FIRST..END"),
         ("20..10", "expected a first member before the end"),
-        ("90..101", "an end no higher than the 100 drawn (-n), found 90 and 101"),
+        (
+            "90..101",
+            "--members 90..101: expected a first member before the end, and an end no higher than the 100 drawn",
+        ),
     ] {
         refused(&scratch, run(&scratch, &format!("uncertainty c -n 100 --members {members}")), 1, &[said]);
     }

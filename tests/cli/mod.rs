@@ -14,6 +14,7 @@ mod names; // names that users choose: tables and the screen
 mod observations; // what was read of a messy workbook, up to an estimate; a noisy driver
 mod options_without_effect; // exit code 2: options and keys that change nothing
 mod outputs; // one writer at a time, whole reports, nothing left over
+mod repeat; // a report whose question is asked again: the same bits, or what has changed
 mod resume; // sweeps that were killed, stopped and resumed
 mod sizing_and_coverage; // sizing and coverage studies; independence of the number of threads
 mod studies; // predict, uncertainty, sensitivity, estimate, study, twin

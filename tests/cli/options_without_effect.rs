@@ -22,10 +22,7 @@ fn an_option_without_effect_is_refused() {
     );
     let no_samples = "c: sensor \"TC1\" has no samples between 0 s and 30 s; leave it out";
     for (line, message) in [
-        (
-            "predict c --backend cpu --device H200",
-            "--device \"H200\" names a Vulkan device, which --backend cpu does not use",
-        ),
+        ("predict c --backend cpu --device H200", "--device \"H200\": the backend is the CPU; expected no device"),
         ("predict c --set f_k=1.1 --set f_k=0.9", "--set names \"f_k\" twice"),
         ("uncertainty c -n 20 --members 0..10 --max-failed 3", "cannot be used with"),
         ("study unseen --posterior", "--posterior: nothing is estimated: the case has no observations"),
@@ -44,15 +41,15 @@ fn an_option_without_effect_is_refused() {
         ("sensitivity c --sensors TC2,TC1", no_samples),
         (
             "estimate begun --bounds small",
-            "the start 1.4 of \"f_k\" lies outside its small bounds 0.8 to 1.2; give --start",
+            "--start: begun: the start 1.4 of \"f_k\" in the case lies outside its small bounds 0.8 to 1.2",
         ),
         (
             "twin c --starts 3",
-            "--starts: without --study N nothing is fitted, and observations are written for every sensor",
+            "--starts: without a coverage study nothing is fitted, and observations are written for every sensor",
         ),
-        ("twin c --max-iterations 3", "--max-iterations: without --study N nothing is fitted"),
-        ("twin c --minimiser paper", "--minimiser: without --study N nothing is fitted"),
-        ("twin c --seed 3", "--seed without noise has no effect: give --noise"),
+        ("twin c --max-iterations 3", "--max-iterations: without a coverage study nothing is fitted"),
+        ("twin c --minimiser paper", "--minimiser: without a coverage study nothing is fitted"),
+        ("twin c --seed 3", "--seed without noise has no effect: state its standard deviation"),
         ("twin c --noise 0K --correlation-time 5s", "--correlation-time without noise has no effect"),
         ("verify --group exact --device H200", "--device \"H200\": these groups run on the CPU"),
     ] {

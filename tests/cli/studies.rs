@@ -344,7 +344,7 @@ fn wrong_times_of_profiles_are_refused_and_nothing_is_written() {
         ("50s", "expected times from 0 s to 40 s, found 50 s"),
         ("0", "at least 1 instant"),
         ("1000", "at most 200 instants of profiles through the thickness, found 1,000"),
-        ("10K", "--depth-profiles \"10K\""),
+        ("10K", "'10K' for '--depth-profiles <TIMES>'"),
     ] {
         let ran = run(&scratch, &format!("predict c --depth-profiles {times}"));
         assert!(ran.code == 2 && ran.stderr.contains(message), "{times}: {}", ran.stderr);

@@ -50,9 +50,10 @@ fn optima_for_every_loss_with_priors_and_on_a_bound_match_scipy() {
         let optimum_found = match cells[0].as_str() {
             "prior" => optimum(WithPriors { problem: plate(1.5), priors: priors(0.05) }),
             "bound" => optimum(plate(0.85)),
-            loss => {
-                optimum(RobustProblem { problem: plate(1.5), loss: LossFunction::parse(loss).expect("a loss").into() })
-            }
+            loss => optimum(RobustProblem {
+                problem: plate(1.5),
+                loss: loss.parse::<LossFunction>().expect("a loss").into(),
+            }),
         };
         let error = |to: &[f64]| optimum_found.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error(&numbers(&cells[1..])) < SCIPY_OPTIMUM, "{}: {optimum_found:?} for {cells:?}", cells[0]);

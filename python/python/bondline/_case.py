@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondline import _bondline
-from bondline._options import content, refuse_without_effect, text, words
+from bondline._options import content, question, text
 from bondline._results import (
     Coverage,
     Design,
@@ -52,7 +52,7 @@ class Case:
         self._core = core
         self._source = source
         self._overrides: dict[str, str] = {}
-        self._session: dict[str, object] = {}
+        self._session: dict[str, str] = {}
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Case:
@@ -212,7 +212,7 @@ class Case:
     @property
     def has_observations(self) -> bool:
         """Whether there are samples to compare with."""
-        return bool(self._core.samples(words(self._session)))
+        return bool(self._core.samples(self._session))
 
     @property
     def ndim(self) -> int:
@@ -240,7 +240,7 @@ class Case:
 
     def instants_s(self) -> Array:
         """Instants of all traces, s."""
-        return self._core.instants_s(words(self._session))
+        return self._core.instants_s(self._session)
 
     def march(self, points: ArrayLike | pandas.DataFrame, progress: ProgressOption = False) -> Array:
         """Temperatures of members with stated values of the factors.
@@ -262,7 +262,7 @@ class Case:
 
     def _march(self, points: ArrayLike | pandas.DataFrame, progress: ProgressOption = False) -> tuple[Array, Array]:
         """Temperatures, and peaks: member × sensor × (temperature, time)."""
-        return self._core.march(self._points(points), words(self._session), _report(progress))
+        return self._core.march(self._points(points), self._session, _report(progress))
 
     def peaks(
         self, points: ArrayLike | pandas.DataFrame, progress: ProgressOption = False
@@ -281,7 +281,7 @@ class Case:
         tuple of numpy.ndarray
             Highest temperatures, K, and their times, s: member × sensor. A member that fails has ``nan``.
         """
-        found = self._core.peaks(self._points(points), words(self._session), _report(progress))
+        found = self._core.peaks(self._points(points), self._session, _report(progress))
         return found[..., 0], found[..., 1]
 
     def tangents(
@@ -318,7 +318,7 @@ class Case:
         """Temperatures, and peaks, each of a member and its derivatives."""
         chosen = self.factors if factors is None else list(factors)
         places = [self._place(name) for name in chosen]
-        return self._core.tangents(self._points(points), places, words(self._session), _report(progress))
+        return self._core.tangents(self._points(points), places, self._session, _report(progress))
 
     def _place(self, name: str) -> int:
         if name not in self.factors:
@@ -344,7 +344,7 @@ class Case:
 
     @functools.cached_property
     def _samples(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
-        samples = self._core.samples(words(self._session))
+        samples = self._core.samples(self._session)
         if not samples:
             raise _bondline.OptionError("the case has no observations to compare with")
         sensors, instants, measured_k, sigma_k = zip(*samples, strict=True)
@@ -417,27 +417,28 @@ class Case:
             found[inside] = np.where(np.isfinite(squares), -0.5 * squares, -np.inf)
         return found if np.ndim(x) == 2 else float(found[0])
 
-    def predict(self, progress: ProgressOption = False) -> Prediction:
-        """Temperatures and heat balance at nominal factors, compared with the observations."""
-        return self._ask(Prediction, "predict", {}, progress)
+    def predict(self, progress: ProgressOption = False, **options: object) -> Prediction:
+        """Temperatures and heat balance at nominal factors, compared with the observations.
+
+        Options are those of the command ``bondline predict``: ``depth_profiles=["10s", "40s"]``.
+        """
+        return self._ask(Prediction, "predict", options, progress)
 
     def uncertainty(
-        self, n: int = 5000, seed: int = 1, keep: str | None = None, progress: ProgressOption = False, **options: object
+        self, n: int | None = None, keep: str | None = None, progress: ProgressOption = False, **options: object
     ) -> Uncertainty:
         """A Monte Carlo sweep over the factors.
 
         Parameters
         ----------
         n
-            Number of members.
-        seed
-            Seed of the random numbers.
+            Number of members; by default that of the command.
         keep
             ``"members"`` keeps factors and temperatures of all members.
         progress
             As in :meth:`march`.
         options
-            Options of the command ``bondline uncertainty``: ``sampling``, ``sampling_bounds``, and ``until``, such as
+            Options of the command ``bondline uncertainty``: ``seed``, ``sampling``, ``sampling_bounds``, ``depth_profiles``, and ``until``, such as
             ``"TC4 P99 ± 2 K"`` or ``"P(TC4 > 623 K) ± 10 %"``, which draws at most ``n`` members:
             :attr:`Uncertainty.precision_reached`.
         """
@@ -445,9 +446,7 @@ class Case:
             raise ValueError(f"keep: expected 'members' or None, found {keep!r}")
         if keep is not None and "until" in options:
             raise ValueError("keep: members are not kept with until")
-        given = {"seed": seed} | options
-        kept = keep is not None
-        return self._ask(Uncertainty, "uncertainty", given, progress, keeps_members=kept, first=["-n", str(n)])
+        return self._ask(Uncertainty, "uncertainty", options, progress, keep is not None, members=n)
 
     def sensitivity(self, progress: ProgressOption = False, **options: object) -> Sensitivity:
         """Derivatives with respect to the factors, and which factors can be estimated together.
@@ -461,26 +460,31 @@ class Case:
 
         Options are those of the command ``bondline estimate``: ``factors=["f_k_INS"]``, ``start={"f_k_INS": 1.2}``,
         ``bounds``, ``sensors``, ``window=(0, 80)``, ``loss``, ``prior``, ``starts``, ``profile``, ``posterior=True``,
-        ``seed`` and others.
+        ``seed``, ``compare="cases/other"``, ``others=["cases/second"]`` and others.
         """
         return self._ask(Estimate, "estimate", options, progress)
 
-    def study(self, n: int = 5000, progress: ProgressOption = False, **options: object) -> Study:
+    def study(self, n: int | None = None, progress: ProgressOption = False, **options: object) -> Study:
         """Prediction, uncertainty, sensitivity, and an estimate where there are observations."""
-        return self._ask(Study, "study", options, progress, first=["-n", str(n)])
+        return self._ask(Study, "study", options, progress, members=n)
 
     def size(
-        self, ply: str, limit: str, n: int = 5000, progress: ProgressOption = False, **options: object
+        self,
+        ply: str,
+        limit: str | None = None,
+        n: int | None = None,
+        progress: ProgressOption = False,
+        **options: object,
     ) -> Sizing:
-        """The thickness of a ply for a temperature limit such as ``"TC4 < 623 K"``."""
-        return self._ask(Sizing, "size", {"ply": ply, "limit": limit} | options, progress, first=["-n", str(n)])
+        """The thickness of a ply for a temperature limit such as ``"TC4 < 623 K"``; without it that of the case."""
+        return self._ask(Sizing, "size", options, progress, ply=ply, limit=limit, members=n)
 
     def trade(
         self,
         choices: Mapping[str, Sequence[str]],
         size: str,
         limit: str | None = None,
-        n: int = 2000,
+        n: int | None = None,
         exposures: Sequence[str | PathLike[str]] = (),
         progress: ProgressOption = False,
         **options: object,
@@ -496,7 +500,7 @@ class Case:
         limit
             Such as ``"TC4 < 623 K"``; without it that of the case.
         n
-            Number of members, the same for all layups.
+            Number of members, the same for all layups; by default that of the command.
         exposures
             Paths of further cases, whose exposures every layup must hold too.
         progress
@@ -505,15 +509,16 @@ class Case:
             Options of the command ``bondline trade``: ``probability``, ``thickness_range=("3 mm", "20 mm")``, ``seed``,
             ``sampling``, ``sampling_bounds``.
         """
-        plies = [f"--ply={ply}={','.join(materials)}" for ply, materials in choices.items()]
-        first = ["-n", str(n), *plies, *(os.fspath(path) for path in exposures)]
-        return self._ask(Trade, "trade", {"size": size, "limit": limit} | options, progress, first=first)
+        return self._ask(
+            Trade, "trade", options, progress,
+            choices=choices, size=size, limit=limit, members=n, exposures=list(exposures),
+        )
 
     def design(
         self,
-        estimate: Sequence[str],
-        sensors: int = 4,
-        n: int = 1000,
+        estimate: Sequence[str] | None = None,
+        sensors: int | None = None,
+        n: int | None = None,
         progress: ProgressOption = False,
         **options: object,
     ) -> Design:
@@ -521,11 +526,11 @@ class Case:
 
         Options are those of the command ``bondline design``: ``criterion``, ``worst=True``, ``target``, ``grid``,
         ``least_distance="0.5 mm"``, ``position_tolerance``, ``sampling``, ``noise``, ``correlation_time="5 s"``,
-        ``run_lengths=["60s", "200s"]``, ``seed`` and ``sampling_bounds``. Noise that is not stated is that of the
-        residuals of the case.
+        ``run_lengths=["60s", "200s"]``, ``others=["cases/second"]``, ``seed`` and ``sampling_bounds``. Noise that is not
+        stated is that of the residuals of the case, and factors are those that it estimates.
         """
-        given = {"estimate": list(estimate), "sensors": sensors} | options
-        return self._ask(Design, "design", given, progress, first=["-n", str(n)])
+        factors = None if estimate is None else list(estimate)
+        return self._ask(Design, "design", options, progress, estimate=factors, sensors=sensors, members=n)
 
     def history(self, progress: ProgressOption = False, **options: object) -> History:
         """The heating of the hot face over time, from the observations (inverse heat conduction)."""
@@ -548,28 +553,26 @@ class Case:
             Options of the command ``bondline twin --study``: ``noise="2 K"``, ``correlation_time="5 s"``, ``seed``, and
             those of :meth:`estimate`.
         """
-        return self._ask(Coverage, "twin", {"study": n} | options, progress)
+        return self._ask(Coverage, "twin", options, progress, study=n)
 
     def _ask(
         self,
         kind: type[_R],
-        command: str,
+        name: str,
         options: Mapping[str, object],
         progress: ProgressOption,
         keeps_members: bool = False,
-        first: Sequence[str] = (),
+        **own: object,
     ) -> _R:
-        refuse_without_effect(options)
-        answers, members = self._core.ask(
-            command, [*first, *words(options)], words(self._session), keeps_members, _report(progress)
-        )
+        asked = question(options, own)
+        answers, members = self._core.ask(name, asked, self._session, keeps_members, _report(progress))
         return kind(self, answers, members)
 
     def __repr__(self) -> str:
         return f"<bondline.Case {self.id!r}: {len(self.sensors)} sensors, {len(self.factors)} factors>"
 
 
-def _unpickled(source: Memory, overrides: dict[str, str], session: dict[str, object], mark: str) -> Case:
+def _unpickled(source: Memory, overrides: dict[str, str], session: dict[str, str], mark: str) -> Case:
     """A case of another process, with all that its files hold."""
     case = Case(source.read(list(overrides.items())), source)
     if case._core.fingerprint() != mark:

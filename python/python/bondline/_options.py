@@ -1,12 +1,13 @@
-"""Python values as words of the command and as values of a case file."""
+"""Python values as options of a question and as values of a case file."""
 
 from collections.abc import Mapping
+from os import PathLike, fspath
 from typing import Any
 
 from bondline import _bondline
 
-#: Options of commands that a method of a case takes in another way, or not at all, with what to do.
-_WITHOUT_EFFECT = {
+#: Options of commands that are no part of a question, and those that a method takes in another way, with what to do.
+_ELSEWHERE = {
     "set": "give the values to Case.with_",
     "backend": "give it to Case.on",
     "precision": "give it to Case.on",
@@ -20,26 +21,46 @@ _WITHOUT_EFFECT = {
     "limit_time": "only the command ends after a time",
     "resume": "only the command keeps finished work",
     "checkpoint_interval": "only the command keeps finished work",
-    "depth_profiles": "only the command computes profiles",
     "max_failed": "it sets the exit code of the command; the answer counts failed members",
-    "members": "bondline.dask marches parts of a sweep",
+    "members": "the number of members is n; bondline.dask marches parts of a sweep",
+    "part": "bondline.dask marches parts of a sweep",
     "piece": "bondline.dask marches parts of a sweep",
-    "compare": "only the command compares two cases",
+    "study": "Case.coverage takes the number of data sets",
+    "truth": "only the command writes a single synthetic data set",
 }
 
 
-def refuse_without_effect(options: Mapping[str, object]) -> None:
-    """Refuse options of the command that would be taken and have no effect.
+def question(options: Mapping[str, object], own: Mapping[str, object]) -> dict[str, Any]:
+    """The options of a question from keywords of the user and those of a method.
+
+    An option that is ``None`` or ``False`` is left out. A mapping is a list of pairs: ``start={"a": 1.1}`` is
+    ``["a=1.1"]``.
 
     Raises
     ------
     OptionError
-        There is such an option; the message names what to do.
+        An option is given elsewhere; the message says where.
     """
     for name in options:
-        reason = _WITHOUT_EFFECT.get(name.replace("-", "_"))
+        reason = _ELSEWHERE.get(name)
         if reason is not None:
             raise _bondline.OptionError(f"{name} has no effect here: {reason}")
+    given = {**options, **own}
+    return {name: _value(value) for name, value in given.items() if value is not None and value is not False}
+
+
+def _value(value: object) -> object:
+    if isinstance(value, Mapping):
+        return [f"{name}={_joined(item)}" for name, item in value.items()]
+    if isinstance(value, (list, tuple)):
+        return [_value(item) for item in value]
+    if hasattr(value, "magnitude") and hasattr(value, "units") or isinstance(value, PathLike):
+        return fspath(value) if isinstance(value, PathLike) else text(value)
+    return _plain(value)
+
+
+def _joined(value: object) -> str:
+    return ",".join(text(item) for item in value) if isinstance(value, (list, tuple)) else text(value)
 
 
 def text(value: object) -> str:
@@ -78,27 +99,3 @@ def content(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [content(item) for item in value]
     return value
-
-
-def words(options: Mapping[str, object]) -> list[str]:
-    """Options of a command, such as ``thickness_range=("3 mm", "20 mm")``, as its words.
-
-    An option that is ``None`` or ``False`` is left out, and one that is ``True`` has no value. Names and pairs are
-    joined as the command has them: ``factors=["a", "b"]``, ``window=(0, 80)``, ``start={"a": 1.1}``.
-    """
-    found = []
-    for name, value in options.items():
-        if value is None or value is False:
-            continue
-        option = "--" + name.replace("_", "-")
-        if value is True:
-            found.append(option)
-        elif isinstance(value, Mapping):
-            found.append(f"{option}=" + ",".join(f"{key}={text(item)}" for key, item in value.items()))
-        elif isinstance(value, tuple):
-            found.append(f"{option}=" + ":".join(text(item) for item in value))
-        elif isinstance(value, list):
-            found.append(f"{option}=" + ",".join(text(item) for item in value))
-        else:
-            found.append(f"{option}={text(value)}")
-    return found

@@ -333,7 +333,7 @@ class Design(Prediction):
         """The expected standard error of each factor."""
         found = self._part("experiment_design")
         errors = found["scenarios"][0]["designs"][0]["standard_errors"]
-        return dict(zip(found["request"]["factors"], errors, strict=True))
+        return dict(zip(found["request"]["question"]["estimate"], errors, strict=True))
 
 
 class History(Prediction):

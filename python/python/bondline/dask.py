@@ -15,7 +15,7 @@ import numpy as np
 
 from bondline import _bondline
 from bondline._case import Array, Case
-from bondline._options import refuse_without_effect, words
+from bondline._options import question
 from bondline._results import Coverage, Estimate, Uncertainty
 
 if TYPE_CHECKING:
@@ -33,16 +33,14 @@ PARTS_PER_WORKER = 8
 
 def uncertainty(
     case: Case,
-    n: int = 5000,
-    seed: int = 1,
+    n: int | None = None,
     *,
     client: Client,
-    sampling: str | None = None,
-    sampling_bounds: str | None = None,
     pieces: int | None = None,
     retries: int = 3,
     progress: Callable[[Uncertainty], object] | None = None,
     interval_s: float = 1.0,
+    **options: Any,
 ) -> Uncertainty:
     """A Monte Carlo sweep over the factors: :meth:`bondline.Case.uncertainty`, cut into pieces.
 
@@ -50,7 +48,7 @@ def uncertainty(
     ----------
     case
         The case, which is sent to the cluster once.
-    n, seed, sampling, sampling_bounds
+    n
         As in :meth:`bondline.Case.uncertainty`.
     client
         The client of the cluster.
@@ -65,16 +63,21 @@ def uncertainty(
         of it ends the sweep.
     interval_s
         Least time between two of these calls, s.
+    options
+        Options of :meth:`bondline.Case.uncertainty`: ``seed``, ``sampling``, ``sampling_bounds``.
 
     Returns
     -------
     Uncertainty
         The answer of one process, to the last bit.
     """
-    options = {"seed": seed, "sampling": sampling, "sampling_bounds": sampling_bounds}
-    chosen = ["-n", str(n), *words(options)]
-    _bondline.check_sweep(case._core, chosen)
-    ranges = _ranges(0, n, pieces, client, LEAST_MEMBERS, "members")
+    for option in ("until", "depth_profiles"):
+        if options.get(option) is not None:
+            raise _bondline.OptionError(f"{option} has no effect here: only a whole sweep of one process has it")
+    chosen = question(options, {"members": n})
+    _bondline.check(case._core, "uncertainty", chosen)
+    members = int(_bondline.options_of("uncertainty", chosen)["members"])
+    ranges = _ranges(0, members, pieces, client, LEAST_MEMBERS, "members")
     mark, count = _mark(case), len(ranges)
     sent = _send(case, client, retries)
     parts = [
@@ -132,8 +135,7 @@ def estimate(
     Estimate
         The answer of one process, to the last bit.
     """
-    refuse_without_effect(options)
-    chosen = words({"starts": starts} | options)
+    chosen = question(options, {"starts": starts})
     return Estimate(case, _divided(case, "estimate", chosen, client, pieces, retries, progress, "starts"), None)
 
 
@@ -173,8 +175,7 @@ def coverage(
     Coverage
         The answer of one process, to the last bit.
     """
-    refuse_without_effect(options)
-    chosen = words({"study": n} | options)
+    chosen = question(options, {"study": n})
     return Coverage(case, _divided(case, "twin", chosen, client, pieces, retries, progress, "data sets"), None)
 
 
@@ -231,8 +232,8 @@ def _ranges(first: int, end: int, pieces: int | None, client: Client, least: int
 
 def _divided(
     case: Case,
-    command: str,
-    chosen: list[str],
+    name: str,
+    chosen: dict[str, Any],
     client: Client,
     pieces: int | None,
     retries: int,
@@ -242,7 +243,7 @@ def _divided(
     """The answers of a study whose minimisations are tasks. Those of a round depend on all of the rounds before."""
     from distributed import as_completed
 
-    rounds = _bondline.log_rounds(case._core, command, chosen)
+    rounds = _bondline.log_rounds(case._core, name, chosen)
     divided = [_ranges(first, end, pieces, client, LEAST_MINIMISATIONS, noun) for first, end in rounds]
     mark, sent = _mark(case), _send(case, client, retries)
     parts: list[Future[bytes]] = []
@@ -250,8 +251,8 @@ def _divided(
     for pieces_of_round in divided:
         earlier = list(parts)
         for first, end in pieces_of_round:
-            key = f"bondline-{command}-{_key(mark, chosen, len(divided[0]), first, end)}"
-            parts.append(client.submit(_log_part, sent, command, chosen, first, end, earlier, key=key, retries=retries))
+            key = f"bondline-{name}-{_key(mark, chosen, len(divided[0]), first, end)}"
+            parts.append(client.submit(_log_part, sent, name, chosen, first, end, earlier, key=key, retries=retries))
             ranges[key] = end - first
     finished = 0
     come: Iterable[Future[bytes]] = as_completed(parts)
@@ -261,15 +262,15 @@ def _divided(
         if progress is not None:
             progress(finished, rounds[-1][1])
     found = [part.result() for part in parts]
-    return _bondline.log_answers(case._core, command, chosen, found, words(case._session))
+    return _bondline.log_answers(case._core, name, chosen, found, case._session)
 
 
-def _log_part(case: Case, command: str, chosen: list[str], first: int, end: int, earlier: list[bytes]) -> bytes:
-    return _bondline.log_part(case._core, command, chosen, first, end, earlier, words(case._session))
+def _log_part(case: Case, name: str, chosen: dict[str, Any], first: int, end: int, earlier: list[bytes]) -> bytes:
+    return _bondline.log_part(case._core, name, chosen, first, end, earlier, case._session)
 
 
 def _mark(case: Case) -> tuple[object, ...]:
-    return _bondline.__version__, case._core.fingerprint(), tuple(words(case._session))
+    return _bondline.__version__, case._core.fingerprint(), tuple(sorted(case._session.items()))
 
 
 def _key(*parts: object) -> str:
@@ -285,8 +286,8 @@ def _send(case: Case, client: Client, retries: int) -> Future[Case]:
     )
 
 
-def _part(case: Case, chosen: list[str], first: int, end: int) -> bytes:
-    return _bondline.sweep_part(case._core, chosen, first, end, words(case._session))
+def _part(case: Case, chosen: dict[str, Any], first: int, end: int) -> bytes:
+    return _bondline.sweep_part(case._core, chosen | {"part": f"{first}..{end}"}, case._session)
 
 
 def _merged(case: Case, parts: list[bytes]) -> bytes:
@@ -294,7 +295,7 @@ def _merged(case: Case, parts: list[bytes]) -> bytes:
 
 
 def _merger(case: Case, parts: list[bytes]) -> _bondline.Merger:
-    merger = _bondline.Merger(case._core, parts[0], words(case._session))
+    merger = _bondline.Merger(case._core, parts[0], case._session)
     for part in parts[1:]:
         merger.add(part)
     return merger

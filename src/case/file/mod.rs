@@ -79,7 +79,7 @@ impl Case {
             read = files.into_read();
             case
         });
-        build(case, read, diagnostics)
+        build(case, InputFiles { overrides: overrides.to_vec(), ..read }, diagnostics)
     }
 
     /// Read a case from the text of a case file. `id` names it in messages and output; `files` provides the files that
@@ -110,7 +110,7 @@ impl Case {
             override_keys(&mut root, overrides, &diagnostics)?;
             read_document(&root, &files, id.to_owned(), &diagnostics)
         });
-        build(case, files.into_read(), diagnostics)
+        build(case, InputFiles { overrides: overrides.to_vec(), ..files.into_read() }, diagnostics)
     }
 }
 

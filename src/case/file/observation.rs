@@ -469,7 +469,7 @@ pub(super) fn estimate(
 
 fn read_loss_function(written: ValueReader<'_>) -> ReadResult<LossFunction> {
     let text = written.text()?;
-    written.require(LossFunction::parse(text).map_err(|message| format!("{message}, found {text:?}")))
+    written.require(text.parse::<LossFunction>().map_err(|message| format!("{message}, found {text:?}")))
 }
 
 /// The indices of a list of names; empty if the known names are not valid.

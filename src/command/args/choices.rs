@@ -1,80 +1,7 @@
 //! Options with a fixed list of values.
 
+use crate::report::FigureFormat;
 use clap::ValueEnum;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BackendArg {
-    /// A hardware GPU if there is one and the run is long enough to pay for opening it, otherwise the CPU
-    Auto,
-    /// The CPU
-    Cpu,
-    /// Any Vulkan device, including software
-    Gpu,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PrecisionArg {
-    /// Single precision
-    F32,
-    /// Double precision
-    F64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SamplingArg {
-    /// Normal, with two standard deviations at each bound, truncated there
-    Normal,
-    /// Uniform between the bounds
-    Uniform,
-    /// Latin hypercube
-    Lhs,
-    /// Scrambled Sobol sequence
-    Sobol,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum CriterionArg {
-    /// Determinant of the covariance of the factors: the volume of their confidence region
-    D,
-    /// Sum of the variances of the factors, in units of their priors
-    A,
-    /// Variance of the predicted peak of the target (c-optimality)
-    C,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BoundsArg {
-    /// The key `small` of each factor
-    Small,
-    /// The key `large` of each factor
-    Large,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PriorArg {
-    /// No prior
-    None,
-    /// Two standard deviations at the small bounds
-    Small,
-    /// Two standard deviations at the large bounds
-    Large,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MinimiserArg {
-    /// Steps within a trust region, whose radius follows the ratio of actual to predicted reduction
-    TrustRegion,
-    /// Damping times ten after a failed step and divided by ten after a successful one, as in the paper
-    Paper,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DerivativeArg {
-    /// Exact derivatives (forward-mode automatic differentiation)
-    Tangent,
-    /// Central differences, as in the paper
-    Difference,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FormatArg {
@@ -84,6 +11,14 @@ pub enum FormatArg {
     Pdf,
     /// Pixels, 1,800 by 1,040
     Png,
+}
+
+impl FormatArg {
+    /// The formats of figures beside SVG.
+    pub fn beside_svg(formats: &[Self]) -> Vec<FigureFormat> {
+        let others = [(Self::Pdf, FigureFormat::Pdf), (Self::Png, FigureFormat::Png)];
+        others.into_iter().filter(|(given, _)| formats.contains(given)).map(|(_, format)| format).collect()
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -138,6 +138,11 @@ Examples:
   # How often the intervals of an estimate contain the truth
   bondline twin cases/lamp-test --study 20 --factors f_eps,f_k_INS,f_cp_INS";
 
+pub(super) const REPEAT: &str = "\
+Examples:
+  bondline predict cases/slab --out report
+  bondline repeat report";
+
 pub(super) const DEVICES: &str = "\
 Examples:
   bondline devices

@@ -6,31 +6,23 @@
 )]
 
 mod choices;
-pub mod convert;
-mod design;
 mod examples;
-mod fit;
-mod history;
 mod import;
 mod init;
+mod merge;
 pub mod renamed;
 mod resume;
-mod sweep;
-mod twin;
 
-pub use choices::{
-    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DirectionArg, FormatArg, KeepArg, MinimiserArg, OutsideArg,
-    PatoHeatArg, PrecisionArg, PriorArg, SamplingArg, TemplateArg,
-};
-pub use design::DesignArgs;
-pub use fit::{FitArgs, ObservationArgs, PosteriorArgs};
-pub use history::HistoryArgs;
+pub use choices::{DirectionArg, FormatArg, KeepArg, OutsideArg, PatoHeatArg, TemplateArg};
 pub use import::{ImportCommand, PatoArgs, RecordArgs, TableArgs};
 pub use init::InitArgs;
+pub use merge::{MergeArgs, RepeatArgs};
 pub use resume::ResumeArgs;
-pub use sweep::{MergeArgs, RequirementArgs, SizeArgs, SweepArgs, TradeArgs};
-pub use twin::TwinArgs;
 
+use crate::command::exit::{Failure, input};
+use crate::march::backend_selection::BackendOptions;
+use crate::question;
+use crate::question::quantity::time;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -57,14 +49,19 @@ pub enum Command {
     Init(InitArgs),
     /// What was read of the measured data: rate, gaps, noise, spikes, stuck and open channels, drift
     #[command(after_long_help = examples::OBSERVATIONS)]
-    Observations(CaseArgs),
+    Observations {
+        #[command(flatten)]
+        case: CaseArgs,
+        #[command(flatten)]
+        question: question::Observations,
+    },
     /// Temperatures and heat balance at nominal factors, compared with the observations
     #[command(after_long_help = examples::PREDICT)]
     Predict {
         #[command(flatten)]
         case: CaseArgs,
         #[command(flatten)]
-        profiles: ProfileArgs,
+        question: question::Predict,
     },
     /// Prediction intervals and sensitivity indices of the factors, by Monte Carlo sampling
     #[command(after_long_help = examples::UNCERTAINTY)]
@@ -72,32 +69,14 @@ pub enum Command {
         #[command(flatten)]
         case: CaseArgs,
         #[command(flatten)]
-        sweep: SweepArgs,
+        question: question::Uncertainty,
+        #[command(flatten)]
+        failures: FailureArgs,
         #[command(flatten)]
         resume: ResumeArgs,
-        #[command(flatten)]
-        profiles: ProfileArgs,
-        /// Draw members, at most -n, until a 95 % interval is as narrow as "TC4 P99 ± 2 K", "P(TC4 > 623 K) ± 0.001"
-        /// or "P(TC4 > 623 K) ± 10 %"; +- is ± too
-        #[arg(
-            long,
-            value_name = "TARGET",
-            conflicts_with_all = ["part", "piece", "keep", "resume", "checkpoint_interval", "depth_profiles"]
-        )]
-        until: Option<String>,
         /// Write a Parquet file with every member
         #[arg(long, value_enum)]
         keep: Option<KeepArg>,
-        /// Run only members A to B-1 of the -n drawn, and write their statistics to a file for `merge`
-        #[arg(
-            long = "members",
-            value_name = "A..B",
-            conflicts_with_all = ["json", "max_failed", "depth_profiles", "format"]
-        )]
-        part: Option<String>,
-        /// Run only piece K of N equal ones, from 1, unless its file is there; in a Slurm job array N is enough
-        #[arg(long, value_name = "K/N", conflicts_with_all = ["json", "max_failed", "part"])]
-        piece: Option<String>,
     },
     /// The report of a whole sweep, from the parts written by `uncertainty --members`
     #[command(after_long_help = examples::MERGE)]
@@ -108,34 +87,15 @@ pub enum Command {
         #[command(flatten)]
         case: CaseArgs,
         #[command(flatten)]
-        data: ObservationArgs,
-        /// How derivatives are computed [default: tangent; difference if --step is given]
-        #[arg(long, value_enum)]
-        method: Option<DerivativeArg>,
-        /// Relative step of a central difference [default: 1e-5 in f64, 1e-3 in f32]
-        #[arg(long)]
-        step: Option<f64>,
+        question: question::Sensitivity,
     },
     /// Factors fitted to observations by least squares, with 95 % confidence intervals
     #[command(after_long_help = examples::ESTIMATE)]
     Estimate {
         #[command(flatten)]
         case: CaseArgs,
-        /// Further cases to fit at once; factors of one name that scale the same material are shared
-        #[arg(value_name = "CASE", conflicts_with = "compare")]
-        others: Vec<PathBuf>,
         #[command(flatten)]
-        data: ObservationArgs,
-        #[command(flatten)]
-        fit: FitArgs,
-        #[command(flatten)]
-        posterior: PosteriorArgs,
-        /// Seed of the MCMC random numbers
-        #[arg(long, default_value_t = 1, requires = "posterior")]
-        seed: u64,
-        /// Fit this case to the same observations too, and compare the misfits of both
-        #[arg(long, value_name = "CASE")]
-        compare: Option<PathBuf>,
+        question: question::Estimate,
         #[command(flatten)]
         resume: ResumeArgs,
     },
@@ -145,17 +105,11 @@ pub enum Command {
         #[command(flatten)]
         case: CaseArgs,
         #[command(flatten)]
-        sweep: SweepArgs,
+        question: question::Study,
+        #[command(flatten)]
+        failures: FailureArgs,
         #[command(flatten)]
         resume: ResumeArgs,
-        #[command(flatten)]
-        profiles: ProfileArgs,
-        #[command(flatten)]
-        data: ObservationArgs,
-        #[command(flatten)]
-        fit: FitArgs,
-        #[command(flatten)]
-        posterior: PosteriorArgs,
     },
     /// Thickness of a ply for a temperature limit: nominal, and with a margin for uncertainty
     #[command(after_long_help = examples::SIZE)]
@@ -163,24 +117,21 @@ pub enum Command {
         #[command(flatten)]
         case: CaseArgs,
         #[command(flatten)]
-        size: SizeArgs,
+        question: question::Size,
         #[command(flatten)]
-        sweep: SweepArgs,
+        failures: FailureArgs,
         #[command(flatten)]
         resume: ResumeArgs,
     },
     /// Layups of all choices of materials, each sized for a temperature limit, by mass per area
-    #[command(after_long_help = examples::TRADE, mut_arg("members", |members| members.default_value("2000")))]
+    #[command(after_long_help = examples::TRADE)]
     Trade {
         #[command(flatten)]
         case: CaseArgs,
-        /// Further cases whose exposures every layup must hold too
-        #[arg(value_name = "CASE")]
-        exposures: Vec<PathBuf>,
         #[command(flatten)]
-        trade: TradeArgs,
+        question: question::Trade,
         #[command(flatten)]
-        sweep: SweepArgs,
+        failures: FailureArgs,
         #[command(flatten)]
         resume: ResumeArgs,
     },
@@ -189,11 +140,8 @@ pub enum Command {
     Design {
         #[command(flatten)]
         case: CaseArgs,
-        /// Further cases as alternative exposures of the same factors
-        #[arg(value_name = "CASE")]
-        others: Vec<PathBuf>,
         #[command(flatten)]
-        design: DesignArgs,
+        question: question::Design,
     },
     /// Heating of the hot face over time, from thermocouples (inverse heat conduction)
     #[command(after_long_help = examples::HISTORY)]
@@ -201,22 +149,29 @@ pub enum Command {
         #[command(flatten)]
         case: CaseArgs,
         #[command(flatten)]
-        data: ObservationArgs,
-        #[command(flatten)]
-        history: HistoryArgs,
+        question: question::History,
     },
     /// Synthetic observations from known factors, or a coverage study of many sets of them
-    #[command(after_long_help = examples::TWIN)]
+    #[command(
+        after_long_help = examples::TWIN,
+        mut_arg("out", |out| out.help(
+            "CSV file for the observations, or folder for the report of a study [default: measured.csv, out/<case>/twin]"
+        )),
+        mut_arg("force", |force| force.help(
+            "Overwrite an existing file, or a folder that holds the report of another case"
+        ))
+    )]
     Twin {
         #[command(flatten)]
-        twin: TwinArgs,
+        case: CaseArgs,
+        #[command(flatten)]
+        question: question::Twin,
         #[command(flatten)]
         resume: ResumeArgs,
-        #[command(flatten)]
-        data: ObservationArgs,
-        #[command(flatten)]
-        fit: FitArgs,
     },
+    /// The question of a report, asked again of the case as it was, and the difference of the outputs
+    #[command(after_long_help = examples::REPEAT)]
+    Repeat(RepeatArgs),
     /// Vulkan devices, their limits and self-tests, and the choice of `--backend auto`
     #[command(after_long_help = examples::DEVICES)]
     Devices {
@@ -299,39 +254,53 @@ pub struct CaseArgs {
     #[arg(long, value_enum, value_delimiter = ',')]
     pub format: Vec<FormatArg>,
     /// End after this time, such as "2 h": a sweep with the members so far, other studies without an answer
-    #[arg(long, value_name = "TIME")]
-    pub limit_time: Option<String>,
+    #[arg(id = "limit_time", long = "limit-time", value_name = "TIME", value_parser = time::parse)]
+    pub limit_time_s: Option<f64>,
     #[command(flatten)]
     pub march: MarchArgs,
 }
 
-/// Profiles through the thickness.
-#[derive(Debug, Args)]
-pub struct ProfileArgs {
-    /// Profiles through the thickness at these times, as "10s,40s", or at a number of evenly spaced times
-    #[arg(long, value_name = "TIMES")]
-    pub depth_profiles: Option<String>,
+/// Members that may fail.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct FailureArgs {
+    /// Maximum number of failed members before exit code 1 [default: 1 % of all]
+    #[arg(long)]
+    pub max_failed: Option<usize>,
 }
 
 /// The device, the precision, and changes to the case.
 #[derive(Clone, Debug, Args)]
 pub struct MarchArgs {
-    /// Device that integrates the members in time
-    #[arg(long, value_enum, default_value = "auto")]
-    pub backend: BackendArg,
-    /// Floating-point precision [default: f64 on the CPU, f32 on a GPU]
-    #[arg(long, value_enum)]
-    pub precision: Option<PrecisionArg>,
-    /// Part of the name of the Vulkan device to use
-    #[arg(long)]
-    pub device: Option<String>,
-    /// SIMD instruction set of the CPU: avx-512, avx2, neon or scalar, for tests and measurements
-    #[arg(long, value_name = "NAME", hide = true)]
-    pub instruction_set: Option<String>,
+    #[command(flatten)]
+    pub backend: BackendOptions,
+    /// Discretisation error for which cells and time steps are chosen, K; `None`: that of the case.
+    #[arg(skip)]
+    pub tolerance_k: Option<f64>,
     /// Override a key of the case file or the nominal value of a factor; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub sets: Vec<String>,
     /// No progress bar and no remarks
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+impl MarchArgs {
+    /// Names and values of `--set`.
+    pub fn overrides(&self) -> Result<Vec<(String, String)>, Failure> {
+        pairs(&self.sets, "--set")
+    }
+}
+
+/// Names and values of an option that may be repeated, each name once.
+pub fn pairs(texts: &[String], option: &str) -> Result<Vec<(String, String)>, Failure> {
+    let mut pairs: Vec<(String, String)> = Vec::new();
+    for text in texts {
+        let expected = || input(format!("{option} {text:?}: expected NAME=VALUE"));
+        let (name, value) = text.split_once('=').ok_or_else(expected)?;
+        if pairs.iter().any(|(earlier, _)| earlier == name) {
+            return Err(input(format!("{option} names {name:?} twice")));
+        }
+        pairs.push((name.to_owned(), value.to_owned()));
+    }
+    Ok(pairs)
 }

@@ -75,7 +75,7 @@ fn over_depth(answers: &Answers, outcome: &ExperimentDesign) -> Figure {
     };
     let curves: Vec<Vec<f64>> = map.changes_k.iter().map(strength).collect();
     let highest = curves.iter().flatten().copied().fold(0.0, f64::max);
-    let mut layers: Vec<Layer> = (outcome.request.factors.iter().zip(&curves).enumerate())
+    let mut layers: Vec<Layer> = (outcome.request.question.factors.iter().zip(&curves).enumerate())
         .map(|(place, (name, curve))| line(name.clone(), Ink::Series(place), Stroke::Solid, &depths_mm, curve))
         .collect();
     for (place, depth_mm) in chosen_mm(outcome).into_iter().enumerate() {
@@ -102,7 +102,7 @@ fn over_sensors(outcome: &ExperimentDesign) -> Figure {
     let growth = &outcome.scenarios[0].growth;
     let x: Vec<f64> = (1..=growth.len()).map(|count| count as f64).collect();
     let mut layers = Vec::new();
-    for (place, (name, prior)) in outcome.request.factors.iter().zip(&outcome.prior_deviations).enumerate() {
+    for (place, (name, prior)) in outcome.request.question.factors.iter().zip(&outcome.prior_deviations).enumerate() {
         let y: Vec<f64> = growth.iter().map(|design| 100.0 * design.standard_errors[place] / prior).collect();
         layers.push(line(name.clone(), Ink::Series(place), Stroke::Solid, &x, &y));
         layers.push(Layer::Points { name: String::new(), ink: Ink::Series(place), x: x.clone(), y, error: Vec::new() });

@@ -58,15 +58,15 @@ impl<'a> DesignRecord<'a> {
     pub(super) fn of(answers: &'a Answers, outcome: &'a ExperimentDesign) -> Self {
         let request = &outcome.request;
         Self {
-            criterion: request.criterion,
-            robustness: request.robustness,
+            criterion: request.question.criterion,
+            robustness: request.question.robustness(),
             noise_k: request.noise.deviation_k,
             noise_source: request.noise.deviation_source,
             correlation_time_s: request.noise.correlation_time_s,
             white_noise_share: request.noise.white_fraction,
             correlation_source: request.noise.correlation_source,
-            least_distance_m: request.least_distance_m,
-            position_tolerance_m: request.position_tolerance_m,
+            least_distance_m: request.question.least_distance_m,
+            position_tolerance_m: request.question.position_tolerance_m,
             target: &answers.case.sensors[request.target].name,
             prior_deviations: by_factor(outcome, &outcome.prior_deviations),
             scenarios: outcome.scenarios.iter().map(|scenario| scenario_record(answers, outcome, scenario)).collect(),
@@ -75,7 +75,7 @@ impl<'a> DesignRecord<'a> {
 }
 
 fn by_factor<'a>(outcome: &'a ExperimentDesign, values: &[f64]) -> OrderedMap<'a, f64> {
-    OrderedMap(outcome.request.factors.iter().map(String::as_str).zip(values.iter().copied()).collect())
+    OrderedMap(outcome.request.question.factors.iter().map(String::as_str).zip(values.iter().copied()).collect())
 }
 
 fn scenario_record<'a>(

@@ -27,7 +27,7 @@ const PARTS: f64 = 24.0;
 pub(super) fn selectable(case: &Case, request: &DesignRequest) -> Vec<Candidate> {
     let faces_m = case.layup.faces_m();
     let total_m = faces_m[faces_m.len() - 1] - case.layup.origin_m;
-    let grid_m = request.grid_m.unwrap_or(total_m / PARTS);
+    let grid_m = request.question.grid_m.unwrap_or(total_m / PARTS);
     let mut found = Vec::new();
     let mut top_m = case.layup.origin_m;
     for (ply, &bottom_m) in faces_m.iter().enumerate() {

@@ -45,7 +45,11 @@ pub(super) fn gather(
     let sensor = case.sensors.iter().find(|sensor| sensor.name == target);
     let sensor = sensor.ok_or_else(|| DesignError::NoTarget { case: case.id.clone(), name: target.to_owned() })?;
     let duration_s = case.exposure.duration_s;
-    let run_lengths_s = if request.run_lengths_s.is_empty() { vec![duration_s] } else { request.run_lengths_s.clone() };
+    let run_lengths_s = if request.question.run_lengths_s.is_empty() {
+        vec![duration_s]
+    } else {
+        request.question.run_lengths_s.clone()
+    };
     if let Some(&run_s) = run_lengths_s.iter().find(|&&run_s| run_s > duration_s * (1.0 + 1e-9)) {
         return Err(DesignError::TooLong { case: case.id.clone(), run_s, duration_s });
     }
@@ -56,10 +60,12 @@ pub(super) fn gather(
         let (found, most) = (candidates.len(), SENSORS.max - 1);
         return Err(DesignError::TooManyDepths { case: case.id.clone(), found, most });
     }
-    let plan = adapt(&instrumented(case, &candidates, sensor, request.sampling_s))?.without_gauges();
+    let plan = adapt(&instrumented(case, &candidates, sensor, request.question.sampling_s))?.without_gauges();
     let members = prior_members(case, &factors, request);
-    let deviations: Vec<f64> =
-        factors.iter().map(|&factor| case.factors[factor].prior_standard_deviation(request.bounds)).collect();
+    let deviations: Vec<f64> = factors
+        .iter()
+        .map(|&factor| case.factors[factor].prior_standard_deviation(request.question.sampling_bounds))
+        .collect();
     let mut gathering = Gathering::new(request, &plan, &deviations, &candidates, &run_lengths_s);
     for rows in members.chunks(BATCH) {
         let points = Ensemble::from_values(case.factors.len(), rows.concat());
@@ -95,21 +101,21 @@ fn factor_indices(case: &Case, request: &DesignRequest) -> Result<Vec<usize>, De
             known: case.factors.iter().map(|factor| factor.name.as_str()).collect::<Vec<_>>().join(", "),
         })
     };
-    request.factors.iter().map(index).collect()
+    request.question.factors.iter().map(index).collect()
 }
 
 /// Factors of the members: the nominal ones first, then draws of the estimated factors with the others nominal.
 fn prior_members(case: &Case, factors: &[usize], request: &DesignRequest) -> Vec<Vec<f64>> {
-    let sampling = Sampling { kind: SamplingKind::Normal, seed: request.seed };
-    let drawn =
-        Ensemble::sample(&case.factors, request.bounds, &sampling, request.members).correlated(&case.correlation);
+    let sampling = Sampling { kind: SamplingKind::Normal, seed: request.question.seed };
+    let drawn = Ensemble::sample(&case.factors, request.question.sampling_bounds, &sampling, request.question.members)
+        .correlated(&case.correlation);
     let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
     let member = |index: usize| {
         let (mut row, drawn) = (nominal.clone(), drawn.member(index));
         factors.iter().for_each(|&factor| row[factor] = drawn[factor]);
         row
     };
-    std::iter::once(nominal.clone()).chain((1..request.members).map(member)).collect()
+    std::iter::once(nominal.clone()).chain((1..request.question.members).map(member)).collect()
 }
 
 /// Sums over the members so far.
@@ -184,7 +190,7 @@ impl<'a> Gathering<'a> {
         let (before, after) = self.neighbours[sensor];
         let (above_k, below_k) = (traces.trace(row, before), traces.trace(row, after));
         let distance_m = self.candidates[after].depth_m - self.candidates[before].depth_m;
-        let tolerance_m = self.request.position_tolerance_m;
+        let tolerance_m = self.request.question.position_tolerance_m;
         let noise = self.request.noise;
         // The depth of the sensor is the last variable.
         let (mut information, mut correlated) =

@@ -4,7 +4,8 @@ use super::InversionError;
 use crate::case::{Case, Emissivity, Exposure, Face, OpenFace, Schedule};
 
 /// The time-dependent quantity that heats the hot face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum HeatingQuantity {
@@ -18,7 +19,7 @@ pub enum HeatingQuantity {
 
 impl HeatingQuantity {
     /// Every quantity that can be estimated.
-    pub const ALL: [Self; 3] = [Self::Flux, Self::RadiantFlux, Self::Gas];
+    const ALL: [Self; 3] = [Self::Flux, Self::RadiantFlux, Self::Gas];
 
     /// The value of `--quantity`.
     pub fn name(self) -> &'static str {

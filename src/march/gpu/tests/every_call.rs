@@ -11,7 +11,8 @@ use crate::march::fallback::FallbackMarch;
 use crate::march::gpu::Gpu;
 use crate::march::{Backend, March, MarchError, PendingBatch, Precision, march_all};
 use crate::plan::Plan;
-use crate::session::{Options, Session, SessionError, UncertaintyOptions};
+use crate::question::Uncertainty;
+use crate::session::{Options, Session, SessionError};
 use crate::support::runs_all;
 use crate::traces::Traces;
 use std::collections::BTreeSet;
@@ -255,7 +256,7 @@ fn a_panic_in_a_poll_is_an_error_of_the_device() {
 #[test]
 fn a_session_whose_device_fails_says_so_and_answers_as_without_the_fault() {
     const STRIDE: usize = 29;
-    let options = UncertaintyOptions { members: 6, ..UncertaintyOptions::default() };
+    let options = Uncertainty { members: 6, ..Uncertainty::default() };
     let run = |planned: Option<(usize, Fault)>| -> Result<(String, String), SessionError> {
         if let Some((call, fault)) = planned {
             plan(call, fault);
