@@ -2,7 +2,6 @@
 
 use super::super::device::Device;
 use super::super::shader::loop_iterations;
-use super::super::spirv::Kernel;
 use super::short_marches::{CASES, MEMBERS, STRIDE, ShortMarch, THREADS};
 use crate::march::Precision;
 use crate::support::runs_all;
@@ -39,7 +38,7 @@ fn counting(source: &str) -> String {
 /// The largest number of iterations in a dispatch that a kernel counts, and the number that limits its steps.
 fn turns(device: &Device, text: &str, threads: u32, change: impl Fn(String) -> String) -> (f64, u32) {
     let short = ShortMarch::new(device, text, Precision::F64, threads);
-    let kernel = Kernel::parse(change(counting(&short.source()))).expect("the kernel is sound");
+    let kernel = device.kernel(change(counting(&short.source()))).expect("the kernel is sound");
     let pipeline = device.pipeline(&kernel, "march").expect("the driver compiles it");
     let traces = short.march(&pipeline, 0).expect("no dispatch is cut short");
     let plies = short.plan.rows.plies.len();
