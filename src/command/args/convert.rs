@@ -37,6 +37,9 @@ pub fn choice(march: &MarchArgs) -> Result<BackendOptions, Failure> {
             "--device {device:?} names a Vulkan device, which --backend cpu does not use: leave out one of them"
         )));
     }
+    if let (true, Some(name)) = (march.backend == BackendArg::Gpu || march.device.is_some(), &march.instruction_set) {
+        return Err(input(format!("--instruction-set {name:?}: that of the CPU, which a GPU does not use")));
+    }
     Ok(BackendOptions {
         kind: match march.backend {
             BackendArg::Auto => BackendKind::Auto,
@@ -108,16 +111,16 @@ pub fn equal_piece(text: &str, members: usize) -> Result<(Range<usize>, usize), 
             ))
         })
     };
-    let (number, pieces) = match text.split_once('/') {
-        Some((number, pieces)) => (number.to_owned(), pieces),
-        None => (task()?, text),
+    let (number, pieces, from) = match text.split_once('/') {
+        Some((number, pieces)) => (number.to_owned(), pieces, ""),
+        None => (task()?, text, " from SLURM_ARRAY_TASK_ID"),
     };
     let numbers = number.trim().parse().ok().zip(pieces.trim().parse().ok());
     let piece = numbers.and_then(|(number, pieces)| Some((sweep_piece::equal_piece(number, pieces, members)?, pieces)));
     piece.ok_or_else(|| {
         input(format!(
             "--piece {text:?}: expected K/N with K from 1 to N, and N at most the {members} members (-n); found piece \
-             {number:?} of {pieces:?}"
+             {number:?}{from} of {pieces:?}"
         ))
     })
 }
