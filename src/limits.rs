@@ -18,7 +18,7 @@ pub struct Limit {
 }
 
 /// All limits, in the order of the documentation.
-pub const LIMITS: [&Limit; 36] = [
+pub const LIMITS: [&Limit; 37] = [
     &TEXT_FILE_MIB,
     &TABLE_FILE_MIB,
     &UNPACKED_MIB,
@@ -31,6 +31,7 @@ pub const LIMITS: [&Limit; 36] = [
     &KEPT_PLANS,
     &KEYS,
     &LIST_ITEMS,
+    &NAME_BYTES,
     &COLUMNS,
     &LISTED_ERRORS,
     &PLIES,
@@ -81,6 +82,8 @@ pub const KEPT_PLANS: Limit = Limit { quantity: "plans kept in the user's cache"
 pub const KEYS: Limit = Limit { quantity: "keys of one table of a case, material or gas file", max: 1000 };
 /// Rows of a schedule; longer ones belong in a table file.
 pub const LIST_ITEMS: Limit = Limit { quantity: "items of one list of a case, material or gas file", max: 100_000 };
+/// Files have names of two of them, and file systems end at 255.
+pub const NAME_BYTES: Limit = Limit { quantity: "bytes of a name that a case chooses", max: 100 };
 /// Thermocouples of a test, several times over.
 pub const COLUMNS: Limit = Limit { quantity: "columns of a table file", max: 1000 };
 /// Further errors are counted.
@@ -134,15 +137,19 @@ pub const POSITIONS: Limit = Limit { quantity: "positions of a posterior (chains
 /// More threads than any machine has cores.
 pub const THREADS: Limit = Limit { quantity: "threads", max: 1024 };
 
-/// The variable that sets the threads of a process.
+/// The variable that sets the threads of a process, and its old name, which rayon still reads.
 const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
+const OLD_THREADS_VARIABLE: &str = "RAYON_RS_NUM_CPUS";
 
 /// Check the threads that the environment asks for: a number that is not understood would be ignored, and one without
 /// bound would be taken.
 ///
 /// # Errors
-/// The variable is set, and is no number from 0, for as many threads as cores, to the limit.
+/// The variable is set, and is no number from 0, for as many threads as cores, to the limit; or its old name is set.
 pub(crate) fn check_thread_variable() -> Result<(), String> {
+    if std::env::var_os(OLD_THREADS_VARIABLE).is_some() {
+        return Err(format!("{OLD_THREADS_VARIABLE} is the old name of {THREADS_VARIABLE}: set that in its place"));
+    }
     let Some(set) = std::env::var_os(THREADS_VARIABLE) else { return Ok(()) };
     let set = set.to_string_lossy();
     let fault = |message: String| format!("{THREADS_VARIABLE}={set}: {message}");

@@ -69,6 +69,12 @@ const BREAKS: &[Break] = &[
         let name = case.layup.plies[0].name.clone();
         Some(case.layup.plies.get_mut(1)?.name = name)
     }),
+    ("layup.plies[1].material.id", |case| {
+        let mut other = Material::clone(&case.layup.plies[0].material);
+        other.density_kg_m3 *= 1.01;
+        other.id = other.id.to_uppercase().replace('_', "-");
+        Some(case.layup.plies.get_mut(1)?.material = Arc::new(other))
+    }),
     ("layup.contacts_w_m2_k", |case| Some(case.layup.contacts_w_m2_k.push(Some(500.0)))),
     ("layup.contacts_w_m2_k[0]", |case| Some(*case.layup.contacts_w_m2_k.first_mut()? = Some(-1.0))),
     ("layup.origin_m", |case| Some(case.layup.origin_m = f64::NAN)),

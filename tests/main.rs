@@ -8,6 +8,8 @@ mod comments; // names in the comments of sources exist
 mod derivatives; // exact derivatives against differences, for every property and kind of case
 #[cfg(unix)]
 mod documentation; // README and the book: commands run, case files load
+#[cfg(unix)]
+mod environment; // environment variables against the page on them
 mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
 mod experiment_design; // designs of tests against twin experiments
 mod factor_selection; // selection of factors to estimate, against the paper

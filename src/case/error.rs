@@ -1,6 +1,5 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
-use super::own_materials::OwnMaterials;
 use super::recorded_channel::RecordedChannel;
 use super::renamed_key::RenamedKey;
 use crate::limits::LISTED_ERRORS;
@@ -122,7 +121,6 @@ pub(super) struct Diagnostics {
     renamed_keys: RefCell<Vec<RenamedKey>>,
     notes: RefCell<Vec<Diagnostic>>,
     recorded: RefCell<Vec<RecordedChannel>>,
-    materials: RefCell<OwnMaterials>,
 }
 
 impl Diagnostics {
@@ -159,16 +157,6 @@ impl Diagnostics {
     /// The channels recorded so far; they are removed here.
     pub(super) fn take_channels(&self) -> Vec<RecordedChannel> {
         self.recorded.take()
-    }
-
-    /// Keep which of its own materials the case has, and which it uses.
-    pub(super) fn record_materials(&self, materials: OwnMaterials) {
-        self.materials.replace(materials);
-    }
-
-    /// The materials recorded last; they are removed here.
-    pub(super) fn take_materials(&self) -> OwnMaterials {
-        self.materials.take()
     }
 
     /// The notes recorded so far, sorted by position; they are removed here.

@@ -144,6 +144,14 @@ impl Layup {
             at.child("name").require(names.insert(&ply.name));
             at.child("thickness_m").require(self.checked_ply_thickness_m(ply));
         }
+        // Factors, trade studies and reports name a material by its id.
+        for (index, (at, ply)) in at.child("plies").elements(&self.plies).enumerate() {
+            let same = |other: &&Ply| ply.material.is_other_of_one_name(&other.material);
+            if let Some(other) = self.plies[..index].iter().find(same) {
+                let (id, other) = (&ply.material.id, &other.name);
+                at.child("material.id").error(format!("{id:?} is the name of another material, that of ply {other:?}"));
+            }
+        }
         at.child("plies").require(PLIES.check(self.plies.len() as f64));
         let contacts = at.child("contacts_w_m2_k");
         contacts.require_each(&self.contacts_w_m2_k, |contact| {

@@ -2,6 +2,7 @@
 
 use super::conductivity::Conductivity;
 use super::decomposition::{Decomposition, Pores, Residue};
+use super::library::is_same_name;
 use super::provenance::Provenance;
 use super::table::Table;
 use super::unit::Dimension;
@@ -53,6 +54,14 @@ impl Material {
             Some(_) => Arc::new(Self { decomposition: None, ..Self::clone(self) }),
             None => self.clone(),
         }
+    }
+
+    /// Whether another material has its name, and other properties. That one of them may not decompose is a choice of
+    /// its ply.
+    pub(super) fn is_other_of_one_name(self: &Arc<Self>, other: &Arc<Self>) -> bool {
+        is_same_name(&self.id, &other.id)
+            && !Arc::ptr_eq(self, other)
+            && self.without_decomposition() != other.without_decomposition()
     }
 
     /// Record all errors of the properties.

@@ -32,6 +32,7 @@ mod smoothed_driver;
 mod suggestion;
 mod table;
 mod temperature_limit;
+mod toml_string;
 pub mod unit;
 mod validation;
 mod variants;
@@ -63,6 +64,7 @@ pub use resolution::Resolution;
 pub use smoothed_driver::SmoothedDriver;
 pub use table::{OutOfRange, Schedule, Table};
 pub use temperature_limit::{LimitedPart, TemperatureLimit};
+pub(crate) use toml_string::toml_string;
 
 use input_files::InputFiles;
 use reading_notes::ReadingNotes;

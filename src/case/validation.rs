@@ -5,6 +5,7 @@
 
 use super::error::{Diagnostics, SourceLocation};
 use super::unit::Dimension;
+use crate::limits::NAME_BYTES;
 use std::fmt::Display;
 
 /// Errors recorded per list of numbers: more would not help the reader.
@@ -63,7 +64,7 @@ pub(super) fn checked_name(text: &str) -> Result<&str, String> {
             &text.trim_start()[..1]
         ));
     }
-    Ok(text)
+    NAME_BYTES.check(text.len() as f64).map(|()| text)
 }
 
 /// An index into a list of `count` items.

@@ -14,22 +14,27 @@ impl Case {
         (0..plies.len()).filter(|&ply| plies[ply].belongs_to(group)).collect()
     }
 
-    /// A material by its id: of a ply of this case, else of the database.
+    /// A material by its id: of a ply of this case, else of a file beside it, else of the database.
     ///
     /// # Errors
-    /// The id is unknown; or it is that of a file of the case that no ply uses, and which was not read.
+    /// The id is unknown, several files of the case have it, or its file has errors.
     pub(crate) fn material_named(&self, id: &str) -> Result<Arc<Material>, String> {
         let plies = self.layup.plies.iter().map(|ply| &ply.material);
         if let Some(own) = plies.into_iter().find(|own| is_same_name(&own.id, id)) {
             return Ok(own.clone());
         }
-        if let Some((_, path)) = self.reading_notes.materials.unused.iter().find(|(name, _)| is_same_name(name, id)) {
-            return Err(format!("{path} is a material of the case that no ply is of: give it to a ply of the case"));
+        let unused = &self.reading_notes.materials.unused;
+        match unused.iter().filter(|own| is_same_name(&own.name, id)).collect::<Vec<_>>()[..] {
+            [] => Material::named(id).map(Arc::new).map_err(|error| error.to_string()),
+            [own] => own.read.as_ref().map(|(material, _)| material.clone()).map_err(Clone::clone),
+            [one, other, ..] => Err(format!(
+                "{} and {} have one name: - equals _, and capital letters equal small ones",
+                one.path, other.path
+            )),
         }
-        Material::named(id).map(Arc::new).map_err(|error| error.to_string())
     }
 
-    /// The case with other materials of some plies. They are inert if all plies of the case are.
+    /// The case with other materials of some plies, and with their files. They are inert if all plies of the case are.
     ///
     /// # Errors
     /// All errors of the case with these materials.
@@ -40,7 +45,11 @@ impl Case {
             let material = if is_inert { material.without_decomposition() } else { material.clone() };
             plies.iter().for_each(|&ply| builder.layup.plies[ply].material = material.clone());
         }
-        Ok(Self { input_files: self.input_files.clone(), ..builder.build()? })
+        let mut input_files = self.input_files.clone();
+        let unused = self.reading_notes.materials.unused.iter().filter_map(|own| own.read.as_ref().ok());
+        let chosen = unused.filter(|(own, _)| materials.iter().any(|(_, material)| material.id == own.id));
+        input_files.0.extend(chosen.map(|(_, file)| file.clone()));
+        Ok(Self { input_files, ..builder.build()? })
     }
 
     /// The case under the exposure of another case, at its resolution and without observations.

@@ -30,7 +30,11 @@ impl Extras {
 }
 
 pub(crate) fn run(args: &CaseArgs, question: impl Into<Question>, extras: &Extras) -> Result<Output, Failure> {
-    let (case, question) = checked(args, question.into())?;
+    let question = question.into();
+    if let (Question::Observations(_), Some(_)) = (&question, args.limit_time_s) {
+        return Err(input("--limit-time has no effect: observations are read, and nothing is marched"));
+    }
+    let (case, question) = checked(args, question)?;
     let resume = resume_args(&question, extras)?;
     let id = match &question {
         Question::Estimate(estimate) => estimate.ids(&case).join("+"),

@@ -1,6 +1,6 @@
 //! The case file of `bondline design`: the case with the thermocouples of the best design.
 
-use crate::case::Case;
+use crate::case::{Case, toml_string};
 use crate::command::exit::{Failure, input};
 use crate::report::files::OutputFolder;
 use crate::session::Answers;
@@ -31,14 +31,14 @@ fn case_file(text: &str, path: &Path, case: &Case, found: &ExperimentDesign, bes
     let mut out = format!(
         "# The design of `bondline design` for {}, without changes by --set.\n# Put it into the folder of {}, from \
          which tables and materials are read.\n",
-        case.id(),
-        path.display()
+        toml_string(case.id()),
+        toml_string(&path.display().to_string())
     );
     out.push_str(&without_tables(text, &REPLACED));
     for (place, &index) in best.designs[0].candidates.iter().enumerate() {
         let candidate = &best.candidates[index];
         let depth = match candidate.is_interface {
-            true => format!("below = {:?}", case.layup().plies[candidate.ply].name),
+            true => format!("below = {}", toml_string(&case.layup().plies[candidate.ply].name)),
             false => format!("depth = \"{:.4} mm\"", 1e3 * candidate.depth_m),
         };
         let _ = write!(out, "\n[[sensor]]\nname = \"TC{}\"\n{depth}\n", place + 1);
@@ -47,24 +47,52 @@ fn case_file(text: &str, path: &Path, case: &Case, found: &ExperimentDesign, bes
     out
 }
 
-/// A TOML text without the tables of these names and their sub-tables.
+/// A TOML text without the tables of these names and their sub-tables, under headers or inline.
 fn without_tables(text: &str, names: &[&str]) -> String {
-    let (mut out, mut is_dropped, mut is_in_text) = (String::new(), false, false);
+    let is_named = |path: &str| {
+        let first = path.split('.').next().unwrap_or_default();
+        names.contains(&first.trim().trim_matches(['"', '\'']))
+    };
+    let (mut out, mut is_dropped, mut has_header) = (String::new(), false, false);
+    // An open value: brackets that are not closed, or a text between three quotes.
+    let (mut depth, mut is_in_text) = (0, false);
     for line in text.lines() {
-        let header = line.trim().split('#').next().unwrap_or_default().trim();
-        let is_header = !is_in_text && header.starts_with('[') && header.ends_with(']') && !header.contains([',', '=']);
-        if is_header {
-            let name = header.trim_matches(['[', ']']).split('.').next().unwrap_or_default().trim();
-            is_dropped = names.contains(&name);
+        let code = line.trim().split('#').next().unwrap_or_default().trim();
+        if depth == 0 && !is_in_text {
+            if code.starts_with('[') {
+                has_header = true;
+                is_dropped = is_named(code.trim_matches(['[', ']']));
+            } else if !has_header {
+                is_dropped = code.split_once('=').is_some_and(|(path, _)| is_named(path));
+            }
         }
-        // A text of several lines begins and ends with three quotes.
-        is_in_text ^= line.matches("\"\"\"").count() % 2 == 1;
+        let is_of_text = is_in_text || line.contains("\"\"\"") || line.contains("'''");
+        is_in_text ^= (line.matches("\"\"\"").count() + line.matches("'''").count()) % 2 == 1;
+        depth += if is_of_text { 0 } else { open_brackets(line) };
         if !is_dropped {
             out.push_str(line);
             out.push('\n');
         }
     }
     out.trim_end().to_owned() + "\n"
+}
+
+/// Brackets that a line opens, less those that it closes, outside texts and the comment.
+fn open_brackets(line: &str) -> i32 {
+    let (mut depth, mut quote, mut chars) = (0, None, line.chars());
+    while let Some(c) = chars.next() {
+        match (quote, c) {
+            (Some('"'), '\\') => drop(chars.next()),
+            (Some(open), _) if c == open => quote = None,
+            (Some(_), _) => {}
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '[' | '{') => depth += 1,
+            (None, ']' | '}') => depth -= 1,
+            (None, '#') => break,
+            (None, _) => {}
+        }
+    }
+    depth
 }
 
 #[cfg(test)]
@@ -76,6 +104,17 @@ mod tests {
         let text = "name = \"a\"\nnote = \"\"\"\n[sensor]\n\"\"\"\n[[sensor]]\nname = \"TC1\"\n\n[hot_face]\nflux = 1\n\
                     [observations.TC1]\nfile = \"x\"\n[estimate] # of\nfactors = [\n\"f\",\n]\n[back_face]\nkind = 1\n";
         let expected = "name = \"a\"\nnote = \"\"\"\n[sensor]\n\"\"\"\n[hot_face]\nflux = 1\n[back_face]\nkind = 1\n";
+        assert_eq!(without_tables(text, &REPLACED), expected);
+    }
+
+    #[test]
+    fn inline_tables_are_left_out_too() {
+        let text = "name = \"a [b\" # [\nsensor = [\n  { name = \"TC1\", depth = \"0 mm\" }, # ]\n\n]\n\
+                    estimate.factors = [\"f\"]\n\
+                    \"observations\" = { TC1 = [[\"0 s\", \"300 K\"]] }\nply = [{ name = \"A\" }]\n\
+                    duration = \"9 s\"\n[hot_face]\nflux = [\n[\"0 s\", \"1 W/m^2\"],\n]\n";
+        let expected = "name = \"a [b\" # [\nply = [{ name = \"A\" }]\nduration = \"9 s\"\n[hot_face]\nflux = [\n\
+                        [\"0 s\", \"1 W/m^2\"],\n]\n";
         assert_eq!(without_tables(text, &REPLACED), expected);
     }
 }

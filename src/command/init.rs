@@ -1,7 +1,8 @@
 //! `bondline init`: a commented case to start from.
 
 use crate::command::args::{InitArgs, TemplateArg};
-use crate::command::exit::{Failure, Output, input};
+use crate::command::exit::{Failure, Output, input, unusable_folder};
+use crate::report::files::{check_writable, write_text};
 use std::fmt::Write;
 use std::fs;
 use std::io;
@@ -21,22 +22,20 @@ fn list() -> String {
 }
 
 fn write(folder: &Path, args: &InitArgs) -> Result<String, Failure> {
-    let failed = |path: &Path| {
-        let path = path.display().to_string();
-        move |error: io::Error| input(format!("{path}: {error}"))
-    };
-    fs::create_dir_all(folder).map_err(failed(folder))?;
-    let is_empty = fs::read_dir(folder).map_err(failed(folder))?.next().is_none();
+    let failed = |error: io::Error| input(format!("{}: {error}", folder.display()));
+    fs::create_dir_all(folder).map_err(failed)?;
+    let is_empty = fs::read_dir(folder).map_err(failed)?.next().is_none();
     if !is_empty && !args.force {
         return Err(input(format!(
             "{} is not empty: name another folder, or give --force, which overwrites files of the same names",
             folder.display()
         )));
     }
+    check_writable(folder).map_err(unusable_folder)?;
     let mut text = String::new();
     for (name, content) in files(args.template) {
         let path = folder.join(name);
-        fs::write(&path, content).map_err(failed(&path))?;
+        write_text(&path, content)?;
         // Writing to a string cannot fail.
         let _ = writeln!(text, "wrote {}", path.display());
     }
@@ -44,18 +43,18 @@ fn write(folder: &Path, args: &InitArgs) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// Names and contents of the files of a template.
+/// Names and contents of the files of a template; the case is the last, so that there is none without its tables.
 fn files(template: TemplateArg) -> &'static [(&'static str, &'static str)] {
     match template {
         TemplateArg::Layup => &[("case.toml", include_str!("init/layup/case.toml"))],
         TemplateArg::HeldFace => &[
-            ("case.toml", include_str!("init/held-face/case.toml")),
             ("driver.csv", include_str!("init/held-face/driver.csv")),
+            ("case.toml", include_str!("init/held-face/case.toml")),
         ],
         TemplateArg::Decomposition => &[("case.toml", include_str!("init/decomposition/case.toml"))],
         TemplateArg::Estimate => &[
-            ("case.toml", include_str!("init/estimate/case.toml")),
             ("measured.csv", include_str!("init/estimate/measured.csv")),
+            ("case.toml", include_str!("init/estimate/case.toml")),
         ],
     }
 }

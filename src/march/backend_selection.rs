@@ -115,9 +115,10 @@ pub fn open_extrapolated(options: &BackendOptions, plan: &Plan, members: usize) 
     Ok(Box::new(FallbackMarch::new(march, Box::new(reserve))))
 }
 
-/// Whether [`open`] looks for a hardware GPU because of the amount of work.
+/// Whether [`open`] looks for a hardware GPU because of the amount of work. Vectors of the CPU ask for the CPU.
 pub fn considers_gpu(options: &BackendOptions, plan: &Plan, members: usize) -> bool {
-    options.backend == BackendKind::Auto && options.device.is_none() && exceeds_gpu_threshold(plan, members)
+    let is_open = options.backend == BackendKind::Auto && options.device.is_none() && options.instruction_set.is_none();
+    is_open && exceeds_gpu_threshold(plan, members)
 }
 
 fn open_cpu(options: &BackendOptions) -> Box<dyn March> {

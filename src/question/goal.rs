@@ -134,13 +134,13 @@ impl FromStr for EqualPiece {
                 "expected K/N such as 3/16, as SLURM_ARRAY_TASK_ID is not set (this is no task of a Slurm job array)"
             })
         };
-        let (number, pieces) = match text.split_once('/') {
-            Some((number, pieces)) => (number.to_owned(), pieces),
-            None => (task()?, text),
+        let (number, pieces, from) = match text.split_once('/') {
+            Some((number, pieces)) => (number.to_owned(), pieces, ""),
+            None => (task()?, text, " from SLURM_ARRAY_TASK_ID"),
         };
         let numbers = number.trim().parse().ok().zip(pieces.trim().parse().ok());
         let piece = numbers.map(|(number, pieces)| Self { number, pieces });
-        piece.ok_or_else(|| format!("expected K/N with K from 1 to N, found piece {number:?} of {pieces:?}"))
+        piece.ok_or_else(|| format!("expected K/N with K from 1 to N, found piece {number:?}{from} of {pieces:?}"))
     }
 }
 

@@ -127,6 +127,11 @@ impl Options {
             let message = format!(" {device:?}: the backend is the CPU; expected no device, or another backend");
             return Err(InputError::for_option("device", message));
         }
+        let is_on_device = self.march.backend == BackendKind::Gpu || self.march.device.is_some();
+        if let (true, Some(set)) = (is_on_device, self.march.instruction_set) {
+            let message = format!(" {:?}: that of the CPU, which a GPU does not use", set.name());
+            return Err(InputError::for_option("instruction_set", message));
+        }
         if let Some(tolerance_k) = self.tolerance_k.filter(|tolerance_k| !is_positive(*tolerance_k)) {
             let message = format!(" {tolerance_k}: expected a temperature difference above 0 K");
             return Err(InputError::for_option("tolerance_k", message));

@@ -25,6 +25,9 @@ impl Session {
             study.predict()?;
             study.answers.other_cases = exposures;
             study.answers.other_cases.iter().for_each(|case| study.answers.run.add_files(case));
+            // Files of materials that only candidates have; those of the exposures are the same.
+            let candidates = layups.iter().filter_map(|layup| layup.cases.first());
+            candidates.for_each(|case| study.answers.run.add_files(case));
             let mut log = {
                 let cases = layups.iter().flat_map(|layup| &layup.cases).map(fingerprint).collect::<Vec<_>>();
                 let options = format!("{request:?}, {draw:?}, {}", cases.join(" "));

@@ -20,6 +20,7 @@ mod sizing_and_coverage; // sizing and coverage studies; independence of the num
 mod studies; // predict, uncertainty, sensitivity, estimate, study, twin
 mod synthetic_observations; // committed synthetic observations, made again
 mod trials; // kills, races and full disks at random moments
+mod walk; // every option of every command has an effect; every file that is written
 
 use crate::support::Scratch;
 use std::ffi::OsStr;
@@ -110,6 +111,12 @@ fn run_limited(scratch: &Scratch, words: &str) -> CommandResult {
     let limited = [1, 4, 16].map(|limit_s| format!("{words} --limit-time {limit_s}s"));
     let mut results = limited.iter().map(|line| run(scratch, line));
     results.find(|result| !result.stderr.contains("stopped before there was an answer")).expect("an answer in 16 s")
+}
+
+/// Run the binary with environment variables.
+pub(crate) fn run_with(scratch: &Scratch, words: &str, variables: &[(&str, &str)]) -> CommandResult {
+    let mut command = command(scratch);
+    wait_for(command.envs(variables.iter().copied()).args(words.split_ascii_whitespace()))
 }
 
 /// Run the binary where no Vulkan driver can be found.

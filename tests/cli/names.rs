@@ -1,8 +1,12 @@
 //! Names that users choose: each is a cell of a table and a word on the screen as it is written, or is refused.
 
 use super::input_errors::refused;
-use super::{CASE, run};
-use crate::support::Scratch;
+use super::{CASE, run, run_args};
+use crate::support::{Scratch, runs_all};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use rayon::prelude::*;
+use serde_json::Value;
+use std::fs::File;
 
 /// What a key of a case file names, with the text in the case that its value takes the place of.
 const NAMES: [(&str, &str); 6] = [
@@ -58,15 +62,147 @@ fn a_name_that_a_spreadsheet_takes_for_a_formula_or_that_prints_a_line_of_its_ow
     }
 }
 
+/// Names that are accepted, and hard to carry.
+const CARRIED: [&str; 12] = [
+    "Flanell größe 2",
+    "felt.v2",
+    "a,b",
+    "日本",
+    "a - b",
+    "<script>alert(1)</script>",
+    "a \"b\" 'c' \\d",
+    "a;b|c&amp;%20",
+    "\u{202e}abc",
+    "..",
+    "../../x",
+    " padded ",
+];
+
+/// A text on a page.
+fn escaped(text: &str) -> String {
+    let replaced = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    replaced.replace('"', "&quot;").replace('\'', "&#39;")
+}
+
+/// Every file below a folder can be read back: tables have rows of one length, JSON and Parquet are valid, and a page
+/// has no element of a name. Returns all texts of the tables and of the summaries.
+fn read_back(scratch: &Scratch, folder: &str) -> Vec<String> {
+    fn texts(value: &Value, found: &mut Vec<String>) {
+        match value {
+            Value::String(text) => found.push(text.clone()),
+            Value::Array(values) => values.iter().for_each(|value| texts(value, found)),
+            Value::Object(entries) => entries.iter().for_each(|(key, value)| {
+                found.push(key.clone());
+                texts(value, found);
+            }),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    for path in scratch.files().into_iter().filter(|path| path.starts_with(folder)) {
+        let name = path.display().to_string();
+        let whole = scratch.path().join(&path);
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("csv") => {
+                let mut reader = csv::ReaderBuilder::new().has_headers(false).from_path(&whole).expect("a table");
+                for row in reader.records() {
+                    let row = row.unwrap_or_else(|error| panic!("{name}: {error}"));
+                    found.extend(row.iter().map(str::to_owned));
+                }
+            }
+            Some("json") => {
+                let value =
+                    serde_json::from_str(&scratch.read(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+                texts(&value, &mut found);
+            }
+            Some("parquet") => {
+                let file = File::open(&whole).expect("a file");
+                let reader = SerializedFileReader::new(file).unwrap_or_else(|error| panic!("{name}: {error}"));
+                let schema = reader.metadata().file_metadata().schema_descr_ptr();
+                found.extend(schema.columns().iter().map(|column| column.name().to_owned()));
+            }
+            Some("html" | "svg") => {
+                assert!(!scratch.read(&name).contains("<script>alert"), "{name} has an element of a name");
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
 #[test]
-fn a_name_with_accents_dots_and_spaces_is_in_the_tables_and_on_the_page_as_it_is_written() {
-    let scratch = Scratch::new("names-shown");
-    for name in ["Flanell größe 2", "felt.v2", "a,b", "日本", "a - b"] {
-        for (what, replaced) in [("ply", NAMES[0].1), ("group", NAMES[1].1), ("material", NAMES[4].1)] {
-            scratch.write(&format!("c/materials/{name}.toml"), MATERIAL);
+fn a_name_that_is_accepted_is_carried_to_every_file_as_it_is_written() {
+    let names = if runs_all() { &CARRIED[..] } else { &CARRIED[4..9] };
+    names.par_iter().enumerate().for_each(|(index, name)| {
+        let scratch = Scratch::new(&format!("names-carried-{index}"));
+        for (what, replaced) in [NAMES[0], NAMES[1], NAMES[4], NAMES[5]] {
+            // A path is no name of a file.
+            let is_path = name.contains('/') || *name == "..";
+            if what == "material" && is_path {
+                scratch.write("c/case.toml", named(replaced, name));
+                run(&scratch, "predict c").exited_with(2).with_stderr(&["unknown material"]);
+                continue;
+            }
+            if what == "material" {
+                scratch.write(&format!("c/materials/{name}.toml"), MATERIAL);
+            }
             scratch.write("c/case.toml", named(replaced, name));
-            run(&scratch, "predict c --out out").succeeded();
-            assert!(scratch.read("out/report.html").contains(name), "{what} {name:?}");
+            run(&scratch, "uncertainty c -n 8 --keep members --depth-profiles 10s --force --out out").succeeded();
+            let page = scratch.read("out/report.html");
+            assert!(page.contains(&escaped(name.trim())), "{what} {name:?}");
+            read_back(&scratch, "out");
+            let design = "design c --estimate f_q --sensors 2 -n 4 --noise 1K --force --out out";
+            run(&scratch, design).succeeded();
+            read_back(&scratch, "out");
+            // The case of a design is read with the names of the case.
+            scratch.write("c/design.toml", scratch.read("out/design.toml"));
+            run(&scratch, "predict c/design.toml --force --out out").succeeded();
+            assert!(scratch.read("out/report.html").contains(&escaped(name.trim())), "{what} {name:?}");
+        }
+        // The folder of a case is its name in the report, in names of files, and in the file of a design.
+        if !name.contains('/') && *name != ".." {
+            scratch.write(&format!("{name}/case.toml"), CASE);
+            let ran = |line: &str| {
+                let words = line.split(' ').map(|word| if word == "CASE" { *name } else { word });
+                run_args(&scratch, &words.collect::<Vec<_>>()).succeeded()
+            };
+            ran("uncertainty CASE -n 8 --members 0..4 --out parts");
+            ran("uncertainty CASE -n 8 --members 4..8 --out parts");
+            ran("merge parts --out merged");
+            ran("design CASE --estimate f_q --sensors 1 -n 4 --noise 1K --out designed");
+            assert!(read_back(&scratch, "merged").contains(&(*name).to_owned()), "{name:?}");
+            scratch.write(&format!("{name}/design.toml"), scratch.read("designed/design.toml"));
+            run_args(&scratch, &["predict", &format!("{name}/design.toml"), "--out", "again"]).succeeded();
+        }
+    });
+}
+
+#[test]
+fn a_name_that_is_empty_too_long_or_no_name_of_a_column_is_refused() {
+    let scratch = Scratch::new("names-wrong");
+    for (what, replaced) in NAMES {
+        for (name, message) in [
+            ("", "expected text, found none"),
+            (" ", "expected text, found none"),
+            ("\0", "expected one line without control characters"),
+            (&*"é".repeat(51), "expected at most 100 bytes of a name that a case chooses, found 102"),
+        ] {
+            if what == "title" && name.len() > 2 {
+                continue;
+            }
+            let message = if what == "material" && name.trim().len() > 0 { "unknown material" } else { message };
+            scratch.write("c/case.toml", named(replaced, name));
+            refused(&scratch, run(&scratch, "predict c"), 1, &[message]);
+        }
+    }
+    for (what, replaced) in [NAMES[2], NAMES[3]] {
+        for name in
+            CARRIED.iter().filter(|name| name.contains(|c: char| !c.is_ascii_alphanumeric() && !"._-".contains(c)))
+        {
+            scratch.write("c/case.toml", named(replaced, name));
+            let ran = run(&scratch, "predict c");
+            refused(&scratch, ran, 1, &["expected letters, digits"]);
+            assert!(!what.is_empty());
         }
     }
 }

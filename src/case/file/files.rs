@@ -123,6 +123,11 @@ impl<'a> RecordedFiles<'a> {
         Self { files, read: RefCell::new(read) }
     }
 
+    /// The bytes of a file that is no input of the case.
+    pub(super) fn read_unrecorded(&self, path: &str) -> io::Result<Vec<u8>> {
+        self.files.read(path)
+    }
+
     pub(super) fn into_read(self) -> InputFiles {
         self.read.into_inner()
     }

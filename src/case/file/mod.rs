@@ -33,6 +33,7 @@ use super::error::{CaseError, Diagnostics, ReadResult, SourceLocation};
 use super::factor_targets::FactorTargets;
 use super::gas::BLOWING_NEEDS_GAS;
 use super::input_files::InputFiles;
+use super::own_materials::OwnMaterials;
 use super::reading_notes::ReadingNotes;
 use super::renamed_key::RenamedKey;
 use super::unit::Dimension;
@@ -114,8 +115,8 @@ impl Case {
     }
 }
 
-/// A case that is not validated yet, and its drivers as measured.
-type ReadCase = (CaseBuilder, (Vec<SmoothedDriver>, Option<PyrometerDriver>));
+/// A case that is not validated yet, its drivers as measured, and its own materials.
+type ReadCase = (CaseBuilder, (Vec<SmoothedDriver>, Option<PyrometerDriver>), OwnMaterials);
 
 /// Replace keys of a document, and then the old names of keys.
 fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagnostics: &Diagnostics) -> ReadResult<()> {
@@ -129,8 +130,8 @@ fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagno
 /// The validated case, with its files and their old names.
 fn build(read: ReadResult<ReadCase>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
     let (renamed_keys, unread) = (diagnostics.take_renamed_keys(), diagnostics.take_notes());
-    let (recorded, materials) = (diagnostics.take_channels(), diagnostics.take_materials());
-    let (builder, (drivers, pyrometer_driver)) = diagnostics.into_result(read)?;
+    let recorded = diagnostics.take_channels();
+    let (builder, (drivers, pyrometer_driver), materials) = diagnostics.into_result(read)?;
     Ok(Case {
         reading_notes: ReadingNotes { renamed_keys, unread, recorded, drivers, pyrometer_driver, materials },
         input_files,
@@ -141,13 +142,14 @@ fn build(read: ReadResult<ReadCase>, input_files: InputFiles, diagnostics: Diagn
 /// The content of a document. Errors of single values are recorded here; the builder then validates the whole case.
 fn read_document(
     root: &SpannedValue,
-    files: &dyn FileSource,
+    files: &RecordedFiles<'_>,
     id: String,
     diagnostics: &Diagnostics,
 ) -> ReadResult<ReadCase> {
     let references = ReferenceResolver::new(files, diagnostics);
     let builder = read_case(&root.reader(diagnostics).section()?, &references, id)?;
-    Ok((builder, references.into_drivers()))
+    let materials = references.own_materials();
+    Ok((builder, references.into_drivers(), materials))
 }
 
 impl Material {

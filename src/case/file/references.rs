@@ -1,14 +1,15 @@
 //! Resolution of references: files next to the case, and the built-in database of materials and gases.
 
 use super::column_choice::TimeChoice;
-use super::files::FileSource;
+use super::files::{FileSource, RecordedFiles};
 use super::renamed_keys::FileKind;
 use super::spanned_toml::{SpannedValue, ValueReader};
 use super::table_file::{ChosenColumn, Headings, TableChoice, TableFile, TimeColumn, TimeSeries};
 use super::text_file::{parse_toml, parse_toml_file};
 use super::{gas, material};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation, unreadable_file_message};
-use crate::case::own_materials::OwnMaterials;
+use crate::case::input_files::InputFile;
+use crate::case::own_materials::{OwnMaterials, UnusedMaterial};
 use crate::case::suggestion::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Gas, Material, PyrometerDriver, SmoothedDriver, library};
@@ -22,7 +23,7 @@ const GASES: &str = "gases";
 
 /// Resolves the references of a case.
 pub(super) struct ReferenceResolver<'a> {
-    files: &'a dyn FileSource,
+    files: &'a RecordedFiles<'a>,
     diagnostics: &'a Diagnostics,
     /// Materials read so far: plies of one material share it.
     materials: RefCell<Vec<(String, Arc<Material>)>>,
@@ -31,7 +32,7 @@ pub(super) struct ReferenceResolver<'a> {
 }
 
 impl<'a> ReferenceResolver<'a> {
-    pub(super) fn new(files: &'a dyn FileSource, diagnostics: &'a Diagnostics) -> Self {
+    pub(super) fn new(files: &'a RecordedFiles<'a>, diagnostics: &'a Diagnostics) -> Self {
         Self {
             files,
             diagnostics,
@@ -58,7 +59,6 @@ impl<'a> ReferenceResolver<'a> {
 
     /// The drivers recorded so far: those that were smoothed, and the pyrometer.
     pub(super) fn into_drivers(self) -> (Vec<SmoothedDriver>, Option<PyrometerDriver>) {
-        self.diagnostics.record_materials(self.own_materials());
         (self.drivers.into_inner(), self.pyrometer_driver.into_inner())
     }
 
@@ -130,14 +130,25 @@ impl<'a> ReferenceResolver<'a> {
     }
 
     /// The material files of the case. Those of the database are kept by their ids, which are no paths.
-    fn own_materials(&self) -> OwnMaterials {
+    pub(super) fn own_materials(&self) -> OwnMaterials {
         let read = self.materials.borrow();
         let used = read.iter().filter(|(key, material)| *key != material.id);
         let used: Vec<(String, String)> = used.map(|(path, material)| (material.id.clone(), path.clone())).collect();
         let names = self.own_names(MATERIALS).unwrap_or_default().into_iter();
         let all = names.map(|name| (self.files.label(&format!("{MATERIALS}/{name}.toml")), name));
         let unused = all.filter(|(path, _)| used.iter().all(|(_, other)| other != path));
-        OwnMaterials { unused: unused.map(|(path, name)| (name, path)).collect(), used }
+        OwnMaterials { unused: unused.map(|(path, name)| self.unused_material(path, name)).collect(), used }
+    }
+
+    /// A material file that no ply uses. It is no input of the case.
+    fn unused_material(&self, path: String, name: String) -> UnusedMaterial {
+        let diagnostics = Diagnostics::default();
+        let bytes = self.files.read_unrecorded(&format!("{MATERIALS}/{name}.toml"));
+        let file = InputFile::new(path.clone(), bytes.as_deref().unwrap_or_default());
+        let material = parse_toml_file(bytes, &path, FileKind::Material, &diagnostics)
+            .and_then(|root| material::material(root.reader(&diagnostics), name.clone()));
+        let read = diagnostics.into_result(material).map(|material| (Arc::new(material), file));
+        UnusedMaterial { name, path, read: read.map_err(|error| error.to_string()) }
     }
 
     /// The message for a name that neither the case nor the database has.
@@ -161,7 +172,7 @@ impl<'a> ReferenceResolver<'a> {
         }
         let material = Arc::new(read()?);
         // Factors, trade studies and reports name a material by its id.
-        let is_other = |other: &&(String, Arc<Material>)| other.1.id == material.id && other.1 != material;
+        let is_other = |other: &&(String, Arc<Material>)| material.is_other_of_one_name(&other.1);
         if let Some((other, _)) = self.materials.borrow().iter().find(is_other) {
             let id = &material.id;
             return Err(written.error(format!("{key} and {other} are different materials of one name, {id:?}")));

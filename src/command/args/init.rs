@@ -11,7 +11,7 @@ pub struct InitArgs {
     #[arg(required_unless_present = "list", conflicts_with = "list")]
     pub folder: Option<PathBuf>,
     /// Template to start from
-    #[arg(long, value_enum, default_value = "layup")]
+    #[arg(long, value_enum, default_value = "layup", conflicts_with = "list")]
     pub template: TemplateArg,
     /// List the templates
     #[arg(long)]

@@ -104,7 +104,7 @@ impl HeatingQuantity {
                 Some("the emissivity of the hot face is zero, so it absorbs no radiation")
             }
             Self::Gas if !open.film_w_m2_k.acts() => {
-                Some("the hot face has no film: give it a `coefficient` and a `gas`")
+                Some("the hot face has no film: give it a `heat_transfer_coefficient` and a `gas`")
             }
             _ => None,
         }

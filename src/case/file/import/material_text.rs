@@ -3,8 +3,8 @@
 use super::ImportRecord;
 use crate::case::OutOfRange;
 use crate::case::input_files::InputFile;
+use crate::case::toml_string;
 use crate::case::unit::Dimension;
-use std::fmt::Write;
 
 /// Numbers on a line of a list.
 const NUMBERS_PER_LINE: usize = 8;
@@ -60,30 +60,14 @@ fn list(numbers: &[f64]) -> String {
     format!("[\n{}]", lines.concat())
 }
 
-/// A text in quotes.
-pub(super) fn quoted(text: &str) -> String {
-    let mut quoted = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => quoted.extend(['\\', c]),
-            c if c.is_control() => {
-                // Writing to a string cannot fail.
-                let _ = write!(quoted, "\\u{:04X}", c as u32);
-            }
-            c => quoted.push(c),
-        }
-    }
-    quoted + "\""
-}
-
 /// The keys `mark`, `source` and `uncertainty` of a property from some files.
 pub(super) fn provenance(record: &ImportRecord<'_>, files: &[InputFile]) -> String {
     let files: Vec<String> = files.iter().map(|file| format!("{}, SHA-256 {}", file.path, file.sha256)).collect();
     let stated = record.source.map_or(String::new(), |source| format!("{source}; "));
-    let source = quoted(&format!("{stated}imported on {} from {}", record.date, files.join(" and ")));
+    let source = toml_string(&format!("{stated}imported on {} from {}", record.date, files.join(" and ")));
     match record.mark {
         Some((mark, uncertainty)) => {
-            format!("mark = \"{}\"\nsource = {source}\nuncertainty = {}\n", mark.key(), quoted(uncertainty))
+            format!("mark = \"{}\"\nsource = {source}\nuncertainty = {}\n", mark.key(), toml_string(uncertainty))
         }
         None => format!("source = {source}\n"),
     }

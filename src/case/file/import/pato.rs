@@ -16,11 +16,12 @@ mod dictionary;
 mod state_table;
 
 use super::ImportRecord;
-use super::material_text::{Property, provenance, quoted};
+use super::material_text::{Property, provenance};
 use crate::case::OutOfRange;
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
 use crate::case::file::text_file::decode_text_file;
 use crate::case::input_files::InputFile;
+use crate::case::toml_string;
 use crate::case::unit::Dimension;
 use crate::limits::{REACTIONS, TEXT_FILE_MIB, read_file};
 use dictionary::Dictionary;
@@ -89,6 +90,10 @@ pub(super) fn material_text(
     let virgin = read("virgin").and_then(|(label, text)| StateTable::parse(&text, &label, diagnostics));
     let constants = constants?;
     let (density_kg_m3, reactions) = phases(&constants)?;
+    if reactions.is_empty() && options.heat != PatoHeat::Absolute {
+        let place = SourceLocation::without_line("heat");
+        return Err(diagnostics.record(&place, "the material has no reaction whose heat could be taken"));
+    }
     let char = if reactions.is_empty() {
         None
     } else {
@@ -96,7 +101,7 @@ pub(super) fn material_text(
     };
     let (virgin, char) = (virgin?, char.transpose()?);
     let direction = direction(&constants, options)?;
-    let coefficient = constants.number_or(["kiCoef", "kjCoef", "kkCoef"][direction.unwrap_or(0)], 1.0)?;
+    let coefficient = conductivity_coefficient(&constants, direction)?;
     let conductivity = |table: &StateTable| table.conductivity(direction, coefficient, diagnostics);
     let (virgin_pores, char_pores) = (pores(&constants, "v", direction)?, pores(&constants, "c", direction)?);
     let [virgin_k, char_k] = [Some(&virgin), char.as_ref()].map(|table| table.map(conductivity).transpose());
@@ -104,7 +109,7 @@ pub(super) fn material_text(
 
     let provenance = provenance(record, &files);
     let section = |key: &str, keys: &str| format!("\n[{key}]\n{keys}{provenance}");
-    let mut text = format!("# Written by `bondline materials import pato`.\nname = {}\n", quoted(record.name));
+    let mut text = format!("# Written by `bondline materials import pato`.\nname = {}\n", toml_string(record.name));
     text += &section("density", &format!("value = \"{density_kg_m3} kg/m^3\"\n"));
     text += &section("heat_capacity", &virgin.heat_capacity(diagnostics)?.keys(Dimension::HeatCapacity, OUTSIDE));
     text += &conductivity_text("conductivity", &virgin_k, &provenance);
@@ -180,6 +185,26 @@ fn direction(constants: &Dictionary<'_>, options: &PatoOptions) -> ReadResult<Op
         return Err(constants.error("tP", "expected the unit matrix: the material is rotated against the mesh"));
     }
     Ok(Some(direction))
+}
+
+/// The factor of the conductivities in a direction.
+fn conductivity_coefficient(constants: &Dictionary<'_>, direction: Option<usize>) -> ReadResult<f64> {
+    const KEYS: [&str; 3] = ["kiCoef", "kjCoef", "kkCoef"];
+    let [i, j, k] = KEYS.map(|key| constants.number_or(key, 1.0));
+    let coefficients = [i?, j?, k?];
+    match direction {
+        Some(direction) => Ok(coefficients[direction]),
+        None if coefficients == [coefficients[0]; 3] => Ok(coefficients[0]),
+        None => {
+            let first = KEYS.into_iter().find(|key| constants.has(key)).unwrap_or(KEYS[0]);
+            let [i, j, k] = coefficients;
+            let message = format!(
+                "the factors {i}, {j} and {k} of the conductivities differ: state the direction \
+                                   through the thickness"
+            );
+            Err(constants.error(first, message))
+        }
+    }
 }
 
 /// The pores of a state, `v` or `c`; `None` if the file has no permeability of it.

@@ -1,12 +1,12 @@
 //! Import of a table of properties over temperature, whose columns the analyst names.
 
 use super::ImportRecord;
-use super::material_text::{Property, provenance, quoted};
+use super::material_text::{Property, provenance};
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation};
 use crate::case::file::table_file::{ChosenColumn, Headings, TableChoice, TableFile};
 use crate::case::input_files::InputFile;
 use crate::case::unit::{Dimension, parse_quantity, unit_conversion};
-use crate::case::{OutOfRange, Table};
+use crate::case::{OutOfRange, Table, toml_string};
 use crate::limits::{TABLE_FILE_MIB, read_file};
 use std::path::Path;
 
@@ -63,16 +63,18 @@ pub(super) fn material_text(
         reader.property("heat_capacity", properties.heat_capacity, temperature, Dimension::HeatCapacity);
     let emissivity = reader.property("emissivity", properties.emissivity, temperature, Dimension::Fraction);
     unused?;
+    let (conductivity, heat_capacity, emissivity) = (conductivity?, heat_capacity?, emissivity?);
+    reader.check_outside([&conductivity, &heat_capacity, &emissivity])?;
     let provenance = provenance(record, &[file]);
     let section = |key: &str, property: &Property, dimension| {
         format!("\n[{key}]\n{}{provenance}", property.keys(dimension, columns.outside))
     };
     Ok([
-        format!("# Written by `bondline materials import table`.\nname = {}\n", quoted(record.name)),
+        format!("# Written by `bondline materials import table`.\nname = {}\n", toml_string(record.name)),
         format!("\n[density]\nvalue = \"{} kg/m^3\"\n{provenance}", density?),
-        section("heat_capacity", &heat_capacity?, Dimension::HeatCapacity),
-        section("conductivity", &conductivity?, Dimension::Conductivity),
-        section("emissivity", &emissivity?, Dimension::Fraction),
+        section("heat_capacity", &heat_capacity, Dimension::HeatCapacity),
+        section("conductivity", &conductivity, Dimension::Conductivity),
+        section("emissivity", &emissivity, Dimension::Fraction),
     ]
     .concat())
 }
@@ -90,11 +92,26 @@ impl ColumnReader<'_> {
         rule.map_err(|message| self.diagnostics.record(&SourceLocation::without_line(choice), message))
     }
 
-    /// Every unit belongs to a column.
+    /// Every unit belongs to a column that is read.
     fn check_units(&self) -> ReadResult<()> {
-        let find =
-            |(heading, _): &(String, String)| self.require("unit", self.table.find_column(heading, None)).map(drop);
-        self.columns.units.iter().try_for_each(find)
+        let PropertyColumns { conductivity, heat_capacity, emissivity, .. } = self.columns.properties;
+        let read = [self.columns.temperature, conductivity, heat_capacity, emissivity];
+        let read = read.map(|heading| self.table.find_column(heading, None).ok());
+        self.columns.units.iter().try_for_each(|(heading, _)| {
+            let index = self.require("unit", self.table.find_column(heading, None))?;
+            let unread = || Err(format!("{heading:?} is the heading of a column that is not read"));
+            self.require("unit", if read.contains(&Some(index)) { Ok(()) } else { unread() })
+        })
+    }
+
+    /// What holds beyond a table needs one.
+    fn check_outside(&self, properties: [&Property; 3]) -> ReadResult<()> {
+        let has_table = properties.iter().any(|property| matches!(property, Property::Table { .. }));
+        let is_idle = !has_table && self.columns.outside != OutOfRange::Clamp;
+        self.require(
+            "outside",
+            if is_idle { Err("no property is a table: every one is a value".to_owned()) } else { Ok(()) },
+        )
     }
 
     /// A density with its unit, or in kg/m³.

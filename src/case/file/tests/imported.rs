@@ -81,6 +81,12 @@ fn faults_of_the_table_and_of_the_choice_are_refused() {
         (FELT, PROPERTIES, &[("cp", "J/kg/K"), ("c", "K")], "felt.csv has no column \"c\": known: cp"),
         (
             FELT,
+            PROPERTIES,
+            &[("cp", "J/kg/K"), ("remark", "K")],
+            "\"remark\" is the heading of a column that is not read",
+        ),
+        (
+            FELT,
             PropertyColumns { conductivity: "k2", ..PROPERTIES },
             cp,
             "(expected the heading of a column, or a conductivity such as",

@@ -86,11 +86,29 @@ fn two_materials_of_one_name_are_refused() {
 }
 
 #[test]
-fn a_material_of_the_database_is_not_taken_for_one_of_the_case_that_no_ply_is_of() {
-    let case = case_of("pyrogel3350", &files(&[("materials/akk.toml", &own_material())]));
-    let case = case.unwrap_or_else(|error| panic!("{error}"));
+fn a_material_file_of_the_case_that_no_ply_is_of_is_found_by_its_name_and_is_no_input_of_the_case() {
+    let own = own_material();
+    let files = files(&[
+        ("materials/akk.toml", &own),
+        ("materials/my felt.toml", &own.replacen("value = ", "values = ", 1)),
+        ("materials/felt-1.toml", &own),
+        ("materials/felt_1.toml", &own),
+    ]);
+    let case = case_of("pyrogel3350", &files).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(case.material_origin(&case.layup.plies[1].material), Some("built in"));
-    let error = case.material_named("akk").expect_err("not read");
-    assert!(error.contains("materials/akk.toml is a material of the case that no ply is of"), "{error}");
+    assert_eq!(case.input_files().len(), 1, "{:?}", case.input_files());
+    for name in spellings("akk") {
+        let found = case.material_named(&name).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(found.density_kg_m3, OWN_KG_M3, "{name} is of the database");
+    }
+    let other = case.with_materials(&[(vec![1], case.material_named("akk").expect("it was found"))]);
+    let other = other.unwrap_or_else(|error| panic!("{error}"));
+    let paths: Vec<&str> = other.input_files().iter().map(|file| file.path.as_str()).collect();
+    assert_eq!(paths, ["named", "materials/akk.toml"]);
+    // The errors of a file matter to those who name it.
+    let faulty = case.material_named("my felt").expect_err("a wrong key");
+    assert!(faulty.contains("materials/my felt.toml:") && faulty.contains("missing key \"value\""), "{faulty}");
+    let twice = case.material_named("felt-1").expect_err("which?");
+    assert!(twice.contains("materials/felt-1.toml and materials/felt_1.toml have one name"), "{twice}");
     assert!(case.material_named("PYROGEL3350").is_ok() && case.material_named("sic-5hs").is_ok());
 }

@@ -146,6 +146,11 @@ fn faults_of_the_files_are_refused_with_their_line() {
         let message = import(&folder.0, PatoHeat::Absolute, None).expect_err(expected);
         assert!(message.contains(expected), "{expected}: {message}");
     }
+    let other = CONSTANTS.replace("kjCoef ", "other ");
+    let folder = Folder::new("coefficients", [&other, VIRGIN, CHAR]);
+    let message = import(&folder.0, PatoHeat::Absolute, None).expect_err("which direction?");
+    assert!(message.contains("kiCoef: the factors 2, 1 and 2 of the conductivities differ"), "{message}");
+    import(&folder.0, PatoHeat::Absolute, Some(1)).unwrap_or_else(|message| panic!("{message}"));
     let rotated = CONSTANTS.replace("kiCoef ", "tP tP [0 0 0 0 0 0 0] (0 1 0 1 0 0 0 0 1);\nkiCoef ");
     let folder = Folder::new("rotated", [&rotated, VIRGIN, CHAR]);
     let message = import(&folder.0, PatoHeat::Absolute, Some(0)).expect_err("rotated");
@@ -159,4 +164,6 @@ fn a_material_without_reactions_needs_no_char() {
     std::fs::remove_file(folder.0.join("char")).expect("the file written above");
     let material = import(&folder.0, PatoHeat::Absolute, None).unwrap_or_else(|message| panic!("{message}")).material;
     assert_eq!(material.decomposition, None);
+    let message = import(&folder.0, PatoHeat::OfReaction, None).expect_err("no heat of a reaction");
+    assert!(message.contains("the material has no reaction whose heat could be taken"), "{message}");
 }
