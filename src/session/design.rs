@@ -18,7 +18,7 @@ impl Session {
     pub fn design(&mut self, options: &DesignOptions) -> Result<ExperimentDesign, SessionError> {
         let mut request = options.request(&self.case)?;
         self.run("design", self.case.clone(), ESTIMATE_MEMBERS, |study| {
-            study.predict()?;
+            study.predict(request.bounds)?;
             if request.noise.is_assumed() && study.answers.case.fitted_observations().next().is_some() {
                 request.noise = study.noise_of_residuals(&request)?;
             }

@@ -48,7 +48,7 @@ pub use plan_cache::PlanCache;
 pub use sweep_merger::SweepMerger;
 
 use crate::adapt::adapt_monitored;
-use crate::case::Case;
+use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::monitor::Monitor;
 use crate::march::{Backend, March, MarchError, Precision};
@@ -193,7 +193,7 @@ impl Session {
     /// When the device fails or the march is cancelled.
     pub fn predict(&mut self) -> Result<Prediction, SessionError> {
         self.run("predict", self.case.clone(), 1, |study| {
-            let found = study.predict()?;
+            let found = study.predict(Bounds::Small)?;
             study.depth_profiles(None)?;
             Ok(found)
         })
@@ -237,7 +237,7 @@ impl Session {
     ) -> Result<Uncertainty, SessionError> {
         options.check(&self.case)?;
         self.run("uncertainty", self.case.clone(), options.members, |study| {
-            study.predict()?;
+            study.predict(options.bounds)?;
             let found = study.uncertainty(options, members)?;
             if !found.is_partial() {
                 study.depth_profiles(Some(options))?;
@@ -266,7 +266,7 @@ impl Session {
             return Err(InputError::for_option("part", message).into());
         }
         let found = self.run("uncertainty", self.case.clone(), options.members, |study| {
-            let nominal = study.predict()?;
+            let nominal = study.predict(Bounds::Small)?;
             if let Some(reason) = failure_reason(&study.answers.case, &nominal.status) {
                 let message = format!("no statistics without a reference: the nominal march failed: {reason}");
                 return Err(InputError::general(message).into());
@@ -289,7 +289,7 @@ impl Session {
     pub fn sensitivity(&mut self, options: &SensitivityOptions) -> Result<Sensitivity, SessionError> {
         let case = options.prepared(&self.case)?;
         self.run("sensitivity", case, ESTIMATE_MEMBERS, |study| {
-            study.predict()?;
+            study.predict(study.answers.case.estimate.bounds)?;
             study.sensitivity(options)
         })
     }
@@ -329,7 +329,7 @@ impl Session {
     pub fn study(&mut self, options: &StudyOptions) -> Result<&Answers, SessionError> {
         let (case, not_estimated) = options.prepared(&self.case)?;
         let result = self.run_with_answers("study", case, options.sweep.members, |study| {
-            study.predict()?;
+            study.predict(options.sweep.bounds)?;
             if study.uncertainty(&options.sweep, &mut |_, _| {})?.is_partial() {
                 study.answers.not_estimated = Some("the sweep was stopped".to_owned());
                 return Ok(());
@@ -353,7 +353,7 @@ impl Session {
     pub fn size(&mut self, options: &SizeOptions) -> Result<Sizing, SessionError> {
         let (demand, sweep) = (options.requirement(&self.case)?, options.sweep);
         self.run("size", self.case.clone(), sweep.members, |study| {
-            study.predict()?;
+            study.predict(sweep.bounds)?;
             let draw = sweep.sweep();
             #[cfg(feature = "serde")]
             let mut log = {
@@ -381,7 +381,7 @@ impl Session {
     pub fn history(&mut self, options: &HistoryOptions) -> Result<FluxInversion, SessionError> {
         let case = options.prepared(&self.case)?;
         self.run("history", case, 1, |study| {
-            study.predict()?;
+            study.predict(Bounds::Small)?;
             let RunningStudy { march, answers, .. } = study;
             let found = invert_flux(&answers.case, *march, &options.request())?;
             answers.flux_inversion = Some(found.clone());

@@ -27,7 +27,7 @@ impl Session {
             options.exposures.iter().map(|other| with_tolerance(other.clone(), tolerance_k)).collect();
         let (request, layups) = options.request(&self.case, &exposures)?;
         self.run("trade", self.case.clone(), sweep.members, |study| {
-            study.predict()?;
+            study.predict(sweep.bounds)?;
             study.answers.other_cases = exposures;
             study.answers.other_cases.iter().for_each(|case| study.answers.run.add_files(case));
             let draw = sweep.sweep();

@@ -63,7 +63,7 @@ impl RunningStudy<'_> {
         target: &PrecisionTarget,
         members: &mut MembersCallback<'_>,
     ) -> Result<PrecisionReached, SessionError> {
-        let (nominal, sweep) = (self.predict()?, options.sweep());
+        let (nominal, sweep) = (self.predict(options.bounds)?, options.sweep());
         if let Some(reason) = failure_reason(&self.answers.case, &nominal.status) {
             return Err(InputError::general(format!("the nominal march failed: {reason}")).into());
         }
