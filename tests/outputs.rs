@@ -212,6 +212,8 @@ fn written() -> &'static Written {
         let gas = gas.replace("0 W/cm^2", "300 K").replace("5 W/cm^2", "1300 K");
         scratch.write("bare/case.toml", CASE);
         scratch.write("own/case.toml", CASE.to_owned() + measured);
+        let adapted = CASE.replacen("cells = 16", "tolerance = \"0.5 K\"", 1);
+        scratch.write("adapted/case.toml", adapted + measured);
         scratch.write("limited/case.toml", CASE.replacen("3 mm\"", "3 mm\"\nlimit = \"450 K\"", 1));
         scratch.write("other/case.toml", CASE.replacen("3 mm", "3.1 mm", 1) + measured);
         scratch.write("char/case.toml", decomposing_case() + measured);
@@ -234,7 +236,7 @@ fn written() -> &'static Written {
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);
         written.run(&scratch, "uncertainty limited -n 60", &["limited"]);
         written.run(&scratch, "uncertainty own -n 3000 --until TC2\u{a0}P90±20K", &["own"]);
-        written.run(&scratch, "uncertainty own -n 50000 --until P(TC2>1010K)±20%", &["own"]);
+        written.run(&scratch, "uncertainty adapted -n 50000 --until P(TC2>1010K)±20%", &["adapted"]);
         written.run(&scratch, "uncertainty own -n 3000 --until P(TC2>900K)±20%", &["own"]);
         written.run(&scratch, "design own --sensors 2 -n 20", &["own"]);
         written.run(&scratch, "sensitivity own", &["own"]);

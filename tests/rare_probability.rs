@@ -3,6 +3,7 @@
 use crate::cli::{CASE, run};
 use crate::support::{Scratch, case, runs_all};
 use bondline::case::Case;
+use bondline::ensemble::Ensemble;
 use bondline::question::{Draw, Goal, Uncertainty};
 use bondline::session::{BackendKind, Options, Session};
 use bondline::study::sequential_sampling::PrecisionReached;
@@ -62,6 +63,30 @@ fn covered(session: &mut Session, temperature_k: f64, truth: f64, seeds: u64) ->
         most = most.max(found.members());
     }
     (covered, most)
+}
+
+/// The error of a design point is that of its peak against the closed form, by marches with a coarse tolerance.
+#[test]
+fn the_discretisation_error_of_importance_sampling_is_that_of_its_design_points_and_of_the_nearest_members() {
+    let options = Options::default().backend(BackendKind::Cpu).tolerance_k(2.0);
+    let mut session = Session::open(case("slab"), &options).expect("the CPU does not fail");
+    let found = reached(&mut session, "P(BACK > 769.5 K) ± 20 %", 1_000_000, 1);
+    let importance = found.importance.expect("the probability is rare");
+    let error = importance.discretisation_error.expect("cells and steps are adapted");
+    assert_eq!((error.design_points.members, error.nearest.members), (importance.factors.len(), 64));
+    let points = Ensemble::from_values(2, importance.factors.concat());
+    let marched = session.march(&points).expect("the CPU does not fail");
+    let back = session.case().sensors().iter().position(|sensor| sensor.name == "BACK").expect("a sensor");
+    let off = |member: usize| {
+        let factors = points.member(member);
+        marched.peak(member, back).temperature_k - back_k(factors[0], factors[1])
+    };
+    let true_k = (0..points.len()).map(|member| off(member).abs()).fold(0.0, f64::max);
+    let claimed_k = error.design_points.temperature_k.expect("it completes");
+    assert!(claimed_k > 0.8 * true_k && claimed_k < 3.0, "{claimed_k} K, {true_k} K in truth");
+    assert!(error.nearest.temperature_k.is_some_and(|nearest_k| nearest_k > 0.5 * claimed_k), "{error:?}");
+    let summary = session.summary().expect("a summary").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(summary.contains("in the 64 members nearest to"), "{summary}");
 }
 
 /// With `BONDLINE_ALL` 100 seeds, and a probability of 1e-4.

@@ -3,6 +3,7 @@
 
 use crate::support::{Scratch, case};
 use bondline::case::{Case, Material, Property, Table};
+use bondline::ensemble::SamplingKind;
 use bondline::question::{self, Draw, Limit, NamedCase, PlyChoice, Requirement, Size};
 use bondline::report::files::OutputFolder;
 use bondline::session::{BackendKind, Options, Session};
@@ -87,16 +88,44 @@ fn ranks_are_by_mass_equal_layups_share_one_and_another_seed_confirms_them() {
         [1, 1, 3, 3, 5, 5, 7, 7],
         "akk and kkl differ in their emissivity alone, and the back is insulated"
     );
-    let shares: f64 = found.ranked().iter().filter_map(|layup| Some(layup.rank?.first_share)).sum();
+    let shares: f64 = found.ranked().iter().filter_map(|layup| Some(layup.rank?.resampled?.first_share)).sum();
     assert!((shares - 2.0).abs() < 1e-9, "two layups are first in every resample: {shares}");
     let again = trade(lcat("lcat-2259"), &options(650.0, 7));
     for other in again.ranked() {
         let own = layup(&found, &again.materials_of(other));
         let (rank, other) = (own.rank.expect("a rank"), other.rank.expect("a rank"));
-        assert!((rank.interval.0..=rank.interval.1).contains(&other.rank), "{rank:?} and {other:?}");
+        let (low, high) = rank.resampled.expect("independent members").interval;
+        assert!((low..=high).contains(&other.rank), "{rank:?} and {other:?}");
     }
     let thickness_m = |found: &Trade| found.layups[0].member_thicknesses_m.clone();
     assert_ne!(thickness_m(&found), thickness_m(&again), "another seed has other members");
+}
+
+/// Binomial counts, order statistics and resamples are those of independent members.
+#[test]
+fn masses_and_ranks_of_members_that_are_not_independent_have_no_interval() {
+    let choices = vec![choice("INS", &["pyrogel3350", "saffil-96"])];
+    let of = |sampling: SamplingKind| {
+        let mut question = question::Trade { choices: choices.clone(), ..options(650.0, 1) };
+        question.draw.sampling = sampling;
+        let mut session = session(lcat("lcat-2259"));
+        let found = session.trade(&question);
+        (found.expect("a trade study"), session.summary().expect("a summary"))
+    };
+    let (normal, _) = of(SamplingKind::Normal);
+    assert!(normal.layups.iter().all(|layup| layup.interval.0.is_some()), "the lower end needs 60 members");
+    assert!(normal.ranked().iter().all(|layup| layup.rank.is_some_and(|rank| rank.resampled.is_some())));
+    for sampling in [SamplingKind::LatinHypercube, SamplingKind::Sobol] {
+        let (found, summary) = of(sampling);
+        assert_eq!(found.ranked().len(), 2);
+        for layup in &found.layups {
+            assert_eq!(layup.interval, (None, None));
+            assert!(layup.rank.is_some_and(|rank| rank.resampled.is_none()), "{:?}", layup.rank);
+        }
+        let summary = summary.split_whitespace().collect::<Vec<_>>().join(" ");
+        let reason = format!("members of {} sampling are not independent", sampling.name());
+        assert!(summary.contains(&reason) && !summary.contains("of the resamples"), "{summary}");
+    }
 }
 
 #[test]
@@ -144,7 +173,7 @@ fn a_layup_that_no_thickness_suffices_for_has_no_rank() {
     let (ranked, unranked) = (&found.ranked()[0], &found.unranked()[0]);
     assert_eq!((found.materials_of(ranked), found.materials_of(unranked)), (vec!["pyrogel3350"], vec!["saffil_96"]));
     assert!(unranked.rank.is_none() && unranked.below_limit(unranked.thickness_range_m.1).fraction() < 0.9);
-    assert_eq!(ranked.rank.map(|rank| (rank.rank, rank.first_share)), Some((1, 1.0)));
+    assert_eq!(ranked.rank.and_then(|rank| Some((rank.rank, rank.resampled?.first_share))), Some((1, 1.0)));
 }
 
 #[test]

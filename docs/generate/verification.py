@@ -103,11 +103,54 @@ def plot(rows: list[dict]) -> str:
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 
+def coverage_plot(rows: list[dict]) -> str:
+    """A line a kind of interval: the share counted, with its 95 % interval by Wilson, beside the stated 95 %."""
+    left, right, low, high, step = 330, 700, 84.0, 100.0, 24
+    height = step * len(rows) + 62
+
+    def x(percent: float) -> float:
+        return left + (max(percent, low) - low) / (high - low) * (right - left)
+
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 720 {height}" font-family="sans-serif" font-size="13">',
+        f'<rect width="720" height="{height}" fill="white"/>',
+    ]
+    for percent in range(int(low), int(high) + 1, 2):
+        parts.append(f'<line x1="{x(percent):.1f}" y1="16" x2="{x(percent):.1f}" y2="{height - 40}" stroke="#ddd"/>')
+        parts.append(f'<text x="{x(percent):.1f}" y="{height - 24}" text-anchor="middle">{percent}</text>')
+    parts.append(f'<line x1="{x(95):.1f}" y1="16" x2="{x(95):.1f}" y2="{height - 40}" stroke="#c0392b"/>')
+    for place, row in enumerate(rows):
+        found = re.match(r"([\d.]+) % of (\d+) \w+, (.*)", row["quantity"])
+        if found is None:
+            sys.exit(f"a row of coverage without a share: {row['quantity']}")
+        share, total, y = float(found[1]) / 100.0, int(found[2]), 28 + step * place
+        centre = (share + 1.92 / total) / (1.0 + 3.84 / total)
+        reach = 1.96 / (1.0 + 3.84 / total) * math.sqrt(share * (1.0 - share) / total + 0.96 / total**2)
+        ends = [x(100.0 * (centre - reach)), x(100.0 * (centre + reach))]
+        color = "#1f6f8b" if row["pass"] else "#c0392b"
+        name = row["case"]
+        if sum(other["case"] == name for other in rows) > 1:
+            name = f"{name}: {found[3].split(', ')[-1]}"
+        parts.append(f'<text x="{left - 12}" y="{y + 4}" text-anchor="end">{short_name(name)}</text>')
+        parts.append(f'<line x1="{ends[0]:.1f}" y1="{y}" x2="{ends[1]:.1f}" y2="{y}" stroke="{color}"/>')
+        parts.append(f'<circle cx="{x(100.0 * share):.1f}" cy="{y}" r="3.5" fill="{color}"/>')
+    label = "intervals that contain the truth, %"
+    parts.append(f'<text x="{(left + right) / 2}" y="{height - 6}" text-anchor="middle">{label}</text>')
+    return "\n".join([*parts, "</svg>"]) + "\n"
+
+
+def short_name(name: str) -> str:
+    """A name that fits beside the plot."""
+    name = name.replace("noise that decorrelates over", "noise over")
+    return name if len(name) <= 46 else f"{name[:45]}…"
+
+
 def main() -> None:
     rows = rows_of(sys.argv[1])
     folder = DOCS / "verification"
     folder.mkdir(exist_ok=True)
     (folder / "ratios.svg").write_text(plot(rows))
+    (folder / "coverage.svg").write_text(coverage_plot([row for row in rows if row["group"] == "coverage"]))
     passed = sum(row["pass"] for row in rows)
     page = f"""# Verification and validation
 
@@ -153,6 +196,9 @@ which the claims do not hold.
                 values = [row["case"], quantity, short(row["difference"]), short(row["tolerance"])]
                 table.writerow([*values, unit_of(row), row["reference"], row["source_of_tolerance"]])
         count = f"{sum(row['pass'] for row in of)} of {len(of)} rows pass."
+        if group == "coverage":
+            name_of_figure = "Coverage of every kind of printed interval under default settings"
+            count += f"\n\n![{name_of_figure}](verification/coverage.svg)"
         table = f"```{{csv-table}}\n:file: verification/{name}\n:header-rows: 1\n```\n"
         page += f"\n## {title}\n\n{text}\n{count}\n\n{table}"
     (DOCS / "verification.md").write_text(page)

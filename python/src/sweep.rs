@@ -95,11 +95,12 @@ impl Merger {
     }
 
     /// The answers from the parts so far.
-    fn answers(&self, py: Python<'_>) -> Answers {
+    fn answers(&self, py: Python<'_>) -> PyResult<Answers> {
         py.detach(|| {
-            let mut answers = self.open().answers();
+            let answers = self.open().answers();
+            let mut answers = answers.map_err(|error| errors::session_error(&error))?;
             answers.question = "uncertainty";
-            Answers(answers)
+            Ok(Answers(answers))
         })
     }
 }

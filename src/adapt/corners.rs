@@ -1,7 +1,11 @@
 //! Members at corners of the bounds of the factors.
 
+use super::member_errors_k;
 use crate::case::{Bounds, Case, Factor};
 use crate::ensemble::Ensemble;
+use crate::march::monitor::Monitor;
+use crate::march::{MarchError, Precision};
+use crate::plan::{ErrorEstimate, Plan};
 
 /// Fewest corners: two SIMD groups in f64.
 const MIN_CORNERS: usize = 16;
@@ -30,9 +34,53 @@ pub(super) fn corners(case: &Case, bounds: Bounds) -> Ensemble {
     Ensemble::from_values(count, (0..members).flat_map(row).collect())
 }
 
+impl ErrorEstimate {
+    /// The estimate of a march of a case on a plan in a precision, with its corners at the bounds between which a study
+    /// samples.
+    ///
+    /// # Errors
+    /// [`MarchError::Cancelled`] or [`MarchError::Stopped`] by the monitor.
+    pub(crate) fn at_corners_of(
+        self,
+        bounds: Bounds,
+        case: &Case,
+        plan: &Plan,
+        precision: Precision,
+        monitor: &Monitor,
+    ) -> Result<Self, MarchError> {
+        if bounds == self.bounds || case.factors.is_empty() {
+            return Ok(self);
+        }
+        let corners_k = member_errors_k(case, plan, precision, &corners(case, bounds), &monitor.without_progress())?;
+        Ok(self.with_corners(bounds, &corners_k))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adapt::{adapt, refined_traces};
+
+    /// Against four times the cells and steps; the claim is from twice as many.
+    #[test]
+    fn the_error_at_corners_of_the_large_bounds_is_that_of_members_there() {
+        let case = Case::load("cases/lamp-test".as_ref()).expect("a shipped case");
+        let plan = adapt(&case).expect("the processor does not fail");
+        let (small, monitor) = (plan.error_estimate.clone().expect("an adapted plan"), Monitor::default());
+        let large = small.clone().at_corners_of(Bounds::Large, &case, &plan, Precision::F64, &monitor);
+        let large = large.expect("the processor does not fail");
+        let true_k = |bounds| {
+            let refined = refined_traces(&case, &plan, &corners(&case, bounds), &monitor);
+            refined.expect("the processor does not fail").temperature_error_k()
+        };
+        for estimate in [&small, &large] {
+            let (claimed_k, true_k) = (estimate.corners_k.expect("corners complete"), true_k(estimate.bounds));
+            assert!((0.8 * true_k..=1.4 * true_k).contains(&claimed_k), "{estimate:?}: {true_k} K");
+        }
+        assert_eq!((small.bounds, large.bounds), (Bounds::Small, Bounds::Large));
+        assert!(large.corners_k > small.corners_k.map(|small_k| 1.5 * small_k), "{small:?}, {large:?}");
+        assert_eq!((large.corners, large.failed_corners, large.nominal_k), (16, 0, small.nominal_k));
+    }
 
     #[test]
     fn corners_do_not_depend_on_the_order_of_the_factors() {

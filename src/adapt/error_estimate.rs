@@ -1,5 +1,6 @@
 //! Discretisation error of every output, from the difference to finer marches.
 
+use crate::case::Bounds;
 use crate::plan::{ErrorEstimate, GaugeError};
 use crate::traces::{Gauge, MemberStatus, Peak, Traces};
 
@@ -26,23 +27,24 @@ impl OutputErrors {
         self
     }
 
-    /// The estimate for the report, with the errors of the members at corners of the factors' bounds: infinite of those
-    /// that did not complete. Two marches may agree better than either is accurate, so the error of a gauge is at least
-    /// `MIN_REPORTED_RATIO` of its tolerance.
+    /// The estimate for the report, with the errors of the members at corners of the factors' small bounds: infinite of
+    /// those that did not complete. Two marches may agree better than either is accurate, so the error of a gauge is at
+    /// least `MIN_REPORTED_RATIO` of its tolerance.
     pub(super) fn into_error_estimate(self, corners_k: &[f64]) -> ErrorEstimate {
         let least =
             |gauge: GaugeError| GaugeError { error: gauge.error.max(MIN_REPORTED_RATIO * gauge.tolerance), ..gauge };
         let gauges = self.gauges.into_iter().map(least).collect();
-        let completed_k = corners_k.iter().copied().filter(|error_k| error_k.is_finite());
         ErrorEstimate {
             tolerance_k: self.tolerance_k,
             nominal_k: self.temperature_k,
-            corners_k: completed_k.clone().reduce(f64::max),
-            corners: corners_k.len(),
-            failed_corners: corners_k.len() - completed_k.count(),
+            bounds: Bounds::Small,
+            corners_k: None,
+            corners: 0,
+            failed_corners: 0,
             gauges,
             rounding: None,
         }
+        .with_corners(Bounds::Small, corners_k)
     }
 
     /// The larger of two estimates, output by output.
@@ -139,6 +141,15 @@ const MIN_REPORTED_RATIO: f64 = 0.1;
 const ROUNDING_RATIO: f64 = 1e-3;
 
 impl ErrorEstimate {
+    /// With the errors of the members at corners of these bounds, K: infinite of those that did not complete.
+    pub(super) fn with_corners(mut self, bounds: Bounds, corners_k: &[f64]) -> Self {
+        let completed_k = corners_k.iter().copied().filter(|error_k| error_k.is_finite());
+        self.bounds = bounds;
+        (self.corners, self.failed_corners) = (corners_k.len(), corners_k.len() - completed_k.clone().count());
+        self.corners_k = completed_k.reduce(f64::max);
+        self
+    }
+
     /// With the larger errors of other members.
     pub(super) fn with_members(mut self, found: OutputErrors) -> Self {
         let found = found.into_error_estimate(&[]);

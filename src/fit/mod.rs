@@ -68,7 +68,7 @@ pub use goodness_of_fit::GoodnessOfFit;
 pub use identifiability::{CovarianceSummary, covariance_summary};
 pub use linearized_posterior::LinearizedPosterior;
 pub use loss::{RobustLoss, RobustProblem};
-pub use noise_model::NoiseProcess;
+pub use noise_model::{NoiseProcess, WARNED_CORRELATION};
 pub use prior::{LinearizedPrior, Prior, WeightedProblem, WithPriors};
 pub use subset::{DropReason, Dropped, Subset, SubsetLimits, identifiable_subset};
 pub use termination::Termination;

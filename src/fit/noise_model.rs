@@ -36,6 +36,9 @@
 use super::interval::student_mixture_95;
 use nalgebra::{DMatrix, DVector};
 
+/// Probability of correlated noise from which it is warned of: that of the prior, so that the data speak for it. Of
+/// data sets with white noise 5 % exceed it.
+pub const WARNED_CORRELATION: f64 = 1.0 - WHITE_PRIOR;
 /// Prior probabilities of white noise and of the purely exponential process; the remainder is that of their sum.
 const WHITE_PRIOR: f64 = 0.75;
 const EXPONENTIAL_PRIOR: f64 = 0.17;
@@ -136,6 +139,11 @@ impl NoiseProcess {
     pub fn mode(&self) -> OrnsteinUhlenbeck {
         let most = self.models.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));
         *most.expect("at least one model")
+    }
+
+    /// Probability that the noise is correlated: of all models but white noise.
+    pub fn correlation_probability(&self) -> f64 {
+        self.models.iter().filter(|model| model.white_fraction < 1.0).map(|model| model.probability).sum()
     }
 
     /// Covariance of the score `XᵀΔr` at unit variance for each model.

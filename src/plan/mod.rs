@@ -20,7 +20,7 @@ mod time_grid;
 mod time_tolerance;
 
 use crate::case::{
-    Case, Conductivity, Emissivity, Face, GasFlowModel, Material, OpenFace, OutOfRange, Property, Table,
+    Bounds, Case, Conductivity, Emissivity, Face, GasFlowModel, Material, OpenFace, OutOfRange, Property, Table,
 };
 use crate::physics::layout::{self, FaceColumns, GasTransport, PlanData, PlanRows, PressureLevel, SensorLocation};
 use crate::traces::{Gauge, Peak};
@@ -62,8 +62,11 @@ pub struct ErrorEstimate {
     pub tolerance_k: f64,
     /// Error of the nominal member.
     pub nominal_k: f64,
-    /// The largest error of the members at corners of the factors' small bounds that completed on this plan and on the
-    /// one with twice the cells and steps; `None` if none did, as without factors.
+    /// The bounds of the factors whose corners are marched: those between which the study samples, or else the small
+    /// ones.
+    pub bounds: Bounds,
+    /// The largest error of the members at corners of these bounds that completed on this plan and on the one with
+    /// twice the cells and steps; `None` if none did, as without factors.
     pub corners_k: Option<f64>,
     /// Corners that were marched.
     pub corners: usize,
@@ -98,6 +101,7 @@ impl ErrorEstimate {
         Self {
             tolerance_k,
             nominal_k,
+            bounds: Bounds::Small,
             corners_k: None,
             corners: 0,
             failed_corners: 0,

@@ -114,7 +114,7 @@ pub(super) fn discretisation_error(reached: &ErrorEstimate) -> String {
         0 => String::new(),
         corners => {
             let error = members_error(reached.corners_k, reached.failed_corners);
-            format!(", {error} at {} corners of the small bounds", count(corners))
+            format!(", {error} at {} corners of the {} bounds", count(corners), reached.bounds.name())
         }
     };
     let gauges: Vec<String> = reached
@@ -238,6 +238,18 @@ pub(super) fn proportion(counted: Proportion) -> String {
     format!("{} % ({} to {} %)", percent(counted.fraction()), percent(low), percent(high))
 }
 
+/// A counted proportion, with its interval if the members are drawn independently of each other.
+pub(super) fn proportion_of_members(counted: Proportion, are_independent: bool) -> String {
+    if are_independent { proportion(counted) } else { percent_near_limits(counted.fraction()) }
+}
+
+/// Why members have no intervals.
+pub(super) fn dependence(sampling: &str, without: &str) -> String {
+    format!(
+        "No {without}: members of {sampling} sampling are not independent. Draw them with normal or uniform sampling."
+    )
+}
+
 /// A sentence without its full stop, as a clause of another.
 pub(super) fn clause(text: &str) -> &str {
     text.trim().trim_end_matches('.')
@@ -256,6 +268,7 @@ pub(super) fn noise_correlation(correlation_time_s: f64, white_share: f64) -> St
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::Bounds;
 
     #[test]
     fn corners_that_fail_are_counted_beside_the_error_of_the_others() {
@@ -264,6 +277,8 @@ mod tests {
         (reached.corners, reached.corners_k) = (16, Some(0.21));
         let sound = "discretisation error: 0.030 K nominal, 0.21 K at 16 corners of the small bounds";
         assert_eq!(discretisation_error(&reached), sound);
+        reached.bounds = Bounds::Large;
+        assert_eq!(discretisation_error(&reached), sound.replace("small", "large"));
         reached.failed_corners = 2;
         assert!(discretisation_error(&reached).contains("0.21 K (2 failed) at 16 corners"));
         (reached.failed_corners, reached.corners_k) = (16, None);

@@ -356,11 +356,7 @@ fn share_text(spread: &MarginSpread) -> String {
 /// Why the margins of the members have no intervals and no bound; `None` where they have.
 fn dependence(answers: &Answers) -> Option<String> {
     let swept = answers.uncertainty.as_ref().filter(|swept| !swept.has_independent_members)?;
-    Some(format!(
-        "No 95 % intervals and no 95/99 bound: members of {} sampling are not independent. Draw them with normal or \
-         uniform sampling.",
-        swept.sampling
-    ))
+    Some(format::dependence(swept.sampling, "95 % intervals and no 95/99 bound"))
 }
 
 #[cfg(test)]

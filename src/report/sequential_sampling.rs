@@ -11,8 +11,10 @@ use super::{ReportError, format};
 use crate::fit::reliability::DesignPoint;
 use crate::study::answers::Answers;
 use crate::study::sequential_sampling::{
-    HalfWidth, Importance, Look, MIN_EFFECTIVE, PlainReason, PrecisionReached, RARE, TAIL, TargetQuantity,
+    HalfWidth, Importance, ImportanceError, Look, MIN_EFFECTIVE, PlainReason, PrecisionReached, RARE, TAIL,
+    TargetQuantity,
 };
+use crate::study::uncertainty::MembersError;
 use serde::Serialize;
 
 impl Reportable for PrecisionReached {
@@ -113,7 +115,8 @@ impl Reportable for PrecisionReached {
 
     fn screen(&self, answers: &Answers, _: &ScreenLimits) -> Vec<String> {
         let points = self.importance.iter().flat_map(|importance| most_probable(answers, self, importance));
-        std::iter::once(result(answers, self)).chain(points).flat_map(|text| wrap("", &text)).collect()
+        let error = self.importance.iter().map(|importance| discretisation_error(self, importance));
+        std::iter::once(result(answers, self)).chain(points).chain(error).flat_map(|text| wrap("", &text)).collect()
     }
 }
 
@@ -256,6 +259,25 @@ fn most_probable(answers: &Answers, found: &PrecisionReached, importance: &Impor
     importance.design.points.iter().zip(&importance.factors).enumerate().map(sentence).collect()
 }
 
+/// The discretisation error of the members that decide, as a sentence.
+fn discretisation_error(found: &PrecisionReached, importance: &Importance) -> String {
+    let Some(ImportanceError { design_points, nearest }) = &importance.discretisation_error else {
+        return "The discretisation error of the members is not known, as the case states cells and steps.".to_owned();
+    };
+    let error = |of: &MembersError| format::members_error(of.temperature_k, of.failed);
+    let combinations = match design_points.members {
+        1 => "at the most probable combination".to_owned(),
+        several => format!("at the {several} most probable combinations"),
+    };
+    format!(
+        "Discretisation error: {} {combinations}, {} in the {} nearest to {}.",
+        error(design_points),
+        error(nearest),
+        format::counted(nearest.members, "member"),
+        temperature_text(found)
+    )
+}
+
 fn temperature_text(found: &PrecisionReached) -> String {
     match found.target.quantity {
         TargetQuantity::Exceedance { temperature_k } => format::kelvin(temperature_k),
@@ -280,6 +302,7 @@ fn page(answers: &Answers, found: &PrecisionReached) -> String {
     let mut points = String::new();
     if let Some(importance) = &found.importance {
         text.extend(most_probable(answers, found, importance));
+        text.push(discretisation_error(found, importance));
         text.push(format!(
             "{} of {} exceed the temperature; they have the information of {} of equal weight. {}",
             format::count(importance.estimate.exceeding),
@@ -378,6 +401,8 @@ struct ImportanceRecord<'a> {
     plain_members: usize,
     exceeding_elsewhere: usize,
     elsewhere_interval: (f64, f64),
+    #[serde(skip_serializing_if = "Option::is_none")]
+    discretisation_error: Option<&'a ImportanceError>,
 }
 
 #[derive(Serialize)]
@@ -431,6 +456,7 @@ impl<'a> Record<'a> {
                     plain_members: estimate.plain,
                     exceeding_elsewhere: estimate.elsewhere,
                     elsewhere_interval: estimate.elsewhere_interval(TAIL),
+                    discretisation_error: importance.discretisation_error.as_ref(),
                 }
             }),
         }

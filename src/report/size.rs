@@ -127,7 +127,7 @@ fn finding(answers: &Answers, outcome: &Sizing) -> String {
             "more than {} for {probability} of {} ({} are within the limit there)",
             millimetres(high_m),
             format::counted(outcome.members, "member"),
-            format::proportion(outcome.below_limit(high_m))
+            share(outcome, high_m)
         ),
     };
     let margin = outcome.margin_m().map_or(String::new(), |margin_m| {
@@ -153,35 +153,45 @@ fn variance_shares(answers: &Answers, outcome: &Sizing) -> Option<String> {
     (!named.is_empty()).then(|| format!("Largest variance shares of required thickness: {}.", format::list(&named)))
 }
 
+/// Share of the members within the limit at a thickness.
+fn share(outcome: &Sizing, thickness_m: f64) -> String {
+    format::proportion_of_members(outcome.below_limit(thickness_m), outcome.has_independent_members)
+}
+
 /// Shares of members within the limit at the stated and at the nominally sufficient thickness.
 fn stated_thickness(outcome: &Sizing) -> String {
-    let nominal = outcome.nominal.found_m().map_or(String::new(), |at_m| {
-        format!(", at the nominally sufficient thickness {}", format::proportion(outcome.below_limit(at_m)))
-    });
+    let nominal = outcome
+        .nominal
+        .found_m()
+        .map_or(String::new(), |at_m| format!(", at the nominally sufficient thickness {}", share(outcome, at_m)));
     format!(
         "Members within the limit: at the stated thickness of {} {}{nominal}.",
         millimetres(outcome.case_thickness_m),
-        format::proportion(outcome.below_limit(outcome.case_thickness_m))
+        share(outcome, outcome.case_thickness_m)
     )
 }
 
 /// The check with independent members.
 fn check_result(outcome: &Sizing) -> Option<String> {
     let check = outcome.check.as_ref()?;
-    let (low, high) = outcome.expected_count_95()?;
-    let verdict = if outcome.is_confirmed()? { "within" } else { "OUTSIDE" };
     let percent = |counted: Proportion| format::trim_zeros(format::grouped(100.0 * counted.fraction(), 1));
+    let expected =
+        outcome.expected_count_95().zip(outcome.is_confirmed()).map_or(String::new(), |(range, is_within)| {
+            format!(
+                ", {} the 95 % range of {} to {} % expected for {} and a probability of {}",
+                if is_within { "within" } else { "OUTSIDE" },
+                percent(range.0),
+                percent(range.1),
+                format::counted(outcome.members, "member"),
+                percent_near_limits(outcome.requirement.probability)
+            )
+        });
     Some(format!(
-        "Check at {} with {} of another seed ({}) and a new plan: {} within the limit, {verdict} the 95 % range of {} \
-         to {} % expected for {} and a probability of {}.",
+        "Check at {} with {} of another seed ({}) and a new plan: {} within the limit{expected}.",
         thickness_text(outcome.required),
         format::counted(check.below_limit.total, "member"),
         check.seed,
-        format::proportion(check.below_limit),
-        percent(low),
-        percent(high),
-        format::counted(outcome.members, "member"),
-        percent_near_limits(outcome.requirement.probability)
+        format::proportion(check.below_limit)
     ))
 }
 
@@ -190,6 +200,9 @@ fn required_members(outcome: &Sizing) -> String {
     let p = outcome.requirement.probability;
     let requested = draws_for_ten_percent_error(p);
     let verdict = if outcome.members >= requested { "available" } else { "fewer are available" };
+    if !outcome.has_independent_members {
+        return format::dependence(outcome.sampling, "95 % intervals of the thickness and of shares of members");
+    }
     let confidence = outcome.required.found_m().map_or(String::new(), |_| {
         format!(
             "95 % confidence interval of the thickness for {}: {}. ",
@@ -252,20 +265,20 @@ fn page(answers: &Answers, outcome: &Sizing) -> String {
     let mass = |thickness_m: Option<f64>| {
         thickness_m.map_or("–".to_owned(), |at_m| format::significant(outcome.mass_kg_m2(at_m), 3))
     };
-    let percent = |counted| format::proportion(counted).replace(" %", "");
+    let percent = |share: String| share.replace(" %", "");
     let probability = percent_near_limits(outcome.requirement.probability);
     let mut rows = vec![
         vec![
             "stated".to_owned(),
             millimetres(outcome.case_thickness_m),
             mass(Some(outcome.case_thickness_m)),
-            percent(outcome.below_limit(outcome.case_thickness_m)),
+            percent(share(outcome, outcome.case_thickness_m)),
         ],
         vec![
             "nominal".to_owned(),
             thickness_text(outcome.nominal),
             mass(outcome.nominal.found_m()),
-            outcome.nominal.found_m().map(|at_m| outcome.below_limit(at_m)).map_or("–".to_owned(), percent),
+            outcome.nominal.found_m().map_or("–".to_owned(), |at_m| percent(share(outcome, at_m))),
         ],
         vec![
             format!("for {probability} of members"),
@@ -286,7 +299,7 @@ fn page(answers: &Answers, outcome: &Sizing) -> String {
                 check.seed.to_string(),
                 format::count(check.below_limit.count),
                 format::count(check.failed),
-                percent(check.below_limit),
+                percent(format::proportion(check.below_limit)),
                 format::grouped(check.nominal_k, 1),
                 format!(
                     "{} to {}",
@@ -314,7 +327,7 @@ fn page(answers: &Answers, outcome: &Sizing) -> String {
 
 fn on_screen(answers: &Answers, outcome: &Sizing) -> Vec<String> {
     let probability = percent_near_limits(outcome.requirement.probability);
-    let percent = |counted: Option<Proportion>| counted.map_or("-".to_owned(), format::proportion);
+    let share_at = |at_m: Option<f64>| at_m.map_or("-".to_owned(), |at_m| share(outcome, at_m));
     let mass = |at_m: Option<f64>| at_m.map_or("-".to_owned(), |at_m| areal_mass_text(outcome.mass_kg_m2(at_m)));
     let row = |of: &str, thickness: String, mass: String, share: String| [of.to_owned(), thickness, mass, share];
     let title = format!("{} for {}", outcome.requirement.ply, limit_text(answers, outcome));
@@ -324,19 +337,19 @@ fn on_screen(answers: &Answers, outcome: &Sizing) -> Vec<String> {
             "stated",
             millimetres(outcome.case_thickness_m),
             mass(Some(outcome.case_thickness_m)),
-            percent(Some(outcome.below_limit(outcome.case_thickness_m))),
+            share_at(Some(outcome.case_thickness_m)),
         ),
         row(
             "nominal",
             thickness_text(outcome.nominal),
             mass(outcome.nominal.found_m()),
-            percent(outcome.nominal.found_m().map(|at_m| outcome.below_limit(at_m))),
+            share_at(outcome.nominal.found_m()),
         ),
         row(
             &format!("{probability} of members"),
             thickness_text(outcome.required),
             mass(outcome.required.found_m()),
-            percent(outcome.check.as_ref().map(|check| check.below_limit)),
+            outcome.check.as_ref().map_or("-".to_owned(), |check| format::proportion(check.below_limit)),
         ),
     ];
     if let Some(margin_m) = outcome.margin_m() {

@@ -51,20 +51,26 @@ impl Reportable for Trade {
 
     fn methods(&self, answers: &Answers) -> Vec<String> {
         let exposures = if self.exposures.len() > 1 { " under all exposures" } else { "" };
+        let ranks = match self.has_independent_members {
+            false => String::new(),
+            true => format!(
+                " Ranks: {} resamples of the members, the same for all layups (bootstrap, Davison & Hinkley, Bootstrap \
+                 Methods and their Application, 1997), so that they have the sampling error alone, not that of the \
+                 properties.",
+                format::count(RESAMPLES)
+            ),
+        };
         vec![format!(
             "Layups: each is sized as by `size`, with the same {} (common random numbers): the factors of a member are \
              the same in all layups, at every thickness. Its mass per area is that of all plies at the thickness of {} \
              that holds {}{exposures} in {} of the members, with nominal densities; the other plies keep the \
-             thickness of the case. Ranks: {} resamples of the members, the same for all layups (bootstrap, Davison & \
-             Hinkley, Bootstrap Methods and their Application, 1997), so that they have the sampling error alone, \
-             not that of the properties. Property changes: the derivative of the thickness by a property is exact, \
+             thickness of the case.{ranks} Property changes: the derivative of the thickness by a property is exact, \
              by the implicit function theorem at the members next to the quantile (Hong, Operations Research 57, \
              2009), and the masses are extrapolated linearly.",
             format::counted(self.members, "member"),
             self.request.requirement.ply,
             limit_text(answers, self),
-            percent_near_limits(self.request.requirement.probability),
-            format::count(RESAMPLES)
+            percent_near_limits(self.request.requirement.probability)
         )]
     }
 
@@ -105,10 +111,19 @@ fn rank_text(outcome: &Trade, rank: Rank) -> String {
     if is_shared > 1 { format!("{}=", rank.rank) } else { rank.rank.to_string() }
 }
 
-/// `1`, `1 to 3`.
+/// `1`, `1 to 3`; `–` for members that are not drawn independently.
 fn rank_interval(rank: Rank) -> String {
-    let (low, high) = rank.interval;
-    if low == high { low.to_string() } else { format!("{low} to {high}") }
+    match rank.resampled.map(|resampled| resampled.interval) {
+        None => "–".to_owned(),
+        Some((low, high)) if low == high => low.to_string(),
+        Some((low, high)) => format!("{low} to {high}"),
+    }
+}
+
+/// Why masses and ranks have no intervals; `None` where they have.
+fn dependence(outcome: &Trade) -> Option<String> {
+    let is_dependent = !outcome.has_independent_members;
+    is_dependent.then(|| format::dependence(outcome.sampling, "95 % intervals of masses and no 95 % ranks"))
 }
 
 /// `12.41 mm`, `2.00 mm or less`, `more than 4.00 mm`.
@@ -163,15 +178,16 @@ fn lightest(answers: &Answers, outcome: &Trade) -> String {
             percent_near_limits(more_kg_m2 / first.required_mass_kg_m2())
         )
     });
+    let first_share = rank.resampled.map_or(String::new(), |resampled| {
+        format!(" First in {} of the resamples.", percent_near_limits(resampled.first_share))
+    });
     format!(
-        "{}{shared} with {} of {} for {limit} in {probability} of {}{exposures}: {}. First in {} of the \
-         resamples.{next}",
+        "{}{shared} with {} of {} for {limit} in {probability} of {}{exposures}: {}.{first_share}{next}",
         format::list(&firsts),
         thickness_text(first.required),
         requirement.ply,
         format::counted(outcome.members, "member"),
-        areal_mass(first.required_mass_kg_m2()),
-        percent_near_limits(rank.first_share),
+        areal_mass(first.required_mass_kg_m2())
     )
 }
 
@@ -311,7 +327,8 @@ fn on_screen(answers: &Answers, outcome: &Trade) -> Vec<String> {
     if others > 0 {
         lines.push(format!("      {} more in report.html", format::count(others)));
     }
-    let text = [Some(lightest(answers, outcome)), without_thickness(outcome), nearest_change(outcome)];
+    let text =
+        [Some(lightest(answers, outcome)), without_thickness(outcome), nearest_change(outcome), dependence(outcome)];
     lines.extend(text.into_iter().flatten().flat_map(|text| wrap("", &text)));
     lines
 }

@@ -45,7 +45,8 @@ impl Reportable for Uncertainty {
     fn warnings(&self, answers: &Answers) -> Vec<String> {
         let stopped = self.is_partial().then(|| {
             format!(
-                "The sweep was stopped after {} of {}; intervals are those of the members so far.",
+                "The sweep was stopped after {} of {}; intervals are those of the members so far, whose \
+                 discretisation error is not measured.",
                 format::count(self.members),
                 format::counted(self.requested, "member")
             )

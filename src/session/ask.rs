@@ -3,6 +3,7 @@
 use super::checkpoint::{FITS, MARCHES};
 use super::running_study::{RunningStudy, end_of_log};
 use super::{Answers, ESTIMATE_MEMBERS, InputError, MembersCallback, Session, SessionError, SweepPart};
+use crate::case::Bounds;
 use crate::march::{March, Precision};
 use crate::question::{self, Goal, Question};
 use crate::study::coverage_study::{self, CoverageStudy};
@@ -68,7 +69,7 @@ impl Session {
     fn predict_as(&mut self, question: &question::Predict) -> Result<Prediction, SessionError> {
         question.check(&self.case)?;
         self.run(&question.clone().into(), self.case.clone(), 1, |study| {
-            let found = study.predict()?;
+            let found = study.predict(Bounds::Small)?;
             study.depth_profiles(question.depth_profiles.as_ref(), None)?;
             Ok(found)
         })
@@ -114,7 +115,7 @@ impl Session {
             return Err(InputError::general("expected the goal of a whole sweep").into());
         }
         self.run(&question.clone().into(), self.case.clone(), question.members, |study| {
-            study.predict()?;
+            study.predict(question.draw.sampling_bounds)?;
             let found = study.uncertainty(&question.sweep(), members)?;
             if !found.is_partial() {
                 study.depth_profiles(question.depth_profiles.as_ref(), Some(&question.sweep()))?;
@@ -136,7 +137,7 @@ impl Session {
         question.check(&self.case)?;
         let (part, _) = question.part()?;
         let found = self.run(&question.clone().into(), self.case.clone(), question.members, |study| {
-            let nominal = study.predict()?;
+            let nominal = study.predict(Bounds::Small)?;
             if let Some(reason) = failure_reason(&study.answers.case, &nominal.status) {
                 let message = format!("no statistics without a reference: the nominal march failed: {reason}");
                 return Err(InputError::general(message).into());
@@ -159,7 +160,7 @@ impl Session {
     pub fn sensitivity(&mut self, question: &question::Sensitivity) -> Result<Sensitivity, SessionError> {
         let case = question.prepared(&self.case)?;
         self.run(&question.clone().into(), case, ESTIMATE_MEMBERS, |study| {
-            study.predict()?;
+            study.predict(study.answers.case.estimate.bounds)?;
             study.sensitivity(question)
         })
     }
@@ -200,7 +201,7 @@ impl Session {
         let (case, not_estimated) = question.prepared(&self.case)?;
         let sweep = question.draw.sweep(question.members);
         self.run(&question.clone().into(), case, question.members, |study| {
-            study.predict()?;
+            study.predict(sweep.bounds)?;
             if study.uncertainty(&sweep, &mut |_, _| {})?.is_partial() {
                 study.answers.not_estimated = Some("the sweep was stopped".to_owned());
                 return Ok(());
@@ -224,7 +225,7 @@ impl Session {
     pub fn size(&mut self, question: &question::Size) -> Result<Sizing, SessionError> {
         let (demand, draw) = (question.resolved(&self.case)?, question.draw.sweep(question.members));
         self.run(&question.clone().into(), self.case.clone(), question.members, |study| {
-            study.predict()?;
+            study.predict(draw.bounds)?;
             let mut log = study.row_keeper(MARCHES, &format!("{demand:?}, {draw:?}"), (LOG_COLUMNS, None))?;
             let RunningStudy { march, answers, .. } = study;
             let found = size_from(&answers.case, *march, &demand, &draw, &mut log);
@@ -244,7 +245,7 @@ impl Session {
     pub fn history(&mut self, question: &question::History) -> Result<FluxInversion, SessionError> {
         let case = question.prepared(&self.case)?;
         self.run(&question.clone().into(), case, 1, |study| {
-            study.predict()?;
+            study.predict(Bounds::Small)?;
             let RunningStudy { march, answers, .. } = study;
             let found = invert_flux(&answers.case, *march, question)?;
             answers.flux_inversion = Some(found.clone());

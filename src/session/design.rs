@@ -19,7 +19,7 @@ impl Session {
         let mut request = request(question, &self.case)?;
         let others: Vec<Case> = named_cases(&self.case, &question.others)?.into_iter().skip(1).cloned().collect();
         self.run(&question.clone().into(), self.case.clone(), ESTIMATE_MEMBERS, |study| {
-            study.predict()?;
+            study.predict(question.sampling_bounds)?;
             if request.noise.is_assumed() && study.answers.case.fitted_observations().next().is_some() {
                 request.noise = study.noise_of_residuals(&request)?;
             }

@@ -42,7 +42,7 @@ pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, Se
         files.push(file);
     }
     merger.check_complete()?;
-    let mut answers = merger.answers();
+    let mut answers = merger.answers()?;
     answers.run.input_files.extend(files);
     // The times of the marches are in the outputs of the parts.
     answers.timing = Timing { plan_s, march_s: 0.0, other_s: began.elapsed().as_secs_f64() - plan_s, start: began };

@@ -3,11 +3,11 @@
 use super::checkpoint::{ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
 use super::{Answers, MembersCallback, Options, SessionError, adapted, with_tolerance};
 use crate::adapt::{ACCEPTED_ERROR, checked_at_members, refined_traces};
-use crate::case::Case;
+use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::{March, MarchError};
-use crate::plan::Plan;
+use crate::plan::{ErrorEstimate, Plan};
 use crate::question::{self, Fit};
 use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study_from};
 use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
@@ -37,12 +37,25 @@ pub(super) struct RunningStudy<'a> {
 }
 
 impl RunningStudy<'_> {
-    pub(super) fn predict(&mut self) -> Result<Prediction, SessionError> {
-        let found = nominal(&self.answers.case, self.plan, self.march)?;
+    /// The nominal march, with its discretisation error at corners of the bounds between which the study samples.
+    pub(super) fn predict(&mut self, bounds: Bounds) -> Result<Prediction, SessionError> {
+        let mut found = nominal(&self.answers.case, self.plan, self.march)?;
+        found.error_estimate = self.at_corners_of(bounds, &self.answers.case, self.plan, found.error_estimate)?;
         self.answers.driver_smoothing = driver_smoothing(&self.answers.case, self.plan, self.march, &found)?;
         self.answers.driver_emissivity = driver_emissivity(&self.answers.case, self.plan, self.march, &found)?;
         self.answers.nominal = Some(found.clone());
         Ok(found)
+    }
+
+    fn at_corners_of(
+        &self,
+        bounds: Bounds,
+        case: &Case,
+        plan: &Plan,
+        error_estimate: Option<ErrorEstimate>,
+    ) -> Result<Option<ErrorEstimate>, MarchError> {
+        let (precision, monitor) = (self.march.backend().precision, self.march.monitor());
+        error_estimate.map(|error| error.at_corners_of(bounds, case, plan, precision, &monitor)).transpose()
     }
 
     pub(super) fn uncertainty(
@@ -52,7 +65,7 @@ impl RunningStudy<'_> {
     ) -> Result<Uncertainty, SessionError> {
         let nominal = match &self.answers.nominal {
             Some(nominal) => nominal.clone(),
-            None => self.predict()?,
+            None => self.predict(sweep.bounds)?,
         };
         let gathered = self.sweep_statistics(sweep, &nominal, 0..sweep.members, members)?;
         let mut found = gathered.results(&nominal, &sweep.sampling, sweep.members);
@@ -223,6 +236,10 @@ impl RunningStudy<'_> {
             }
             found = estimate_from(&runs(&cases, &plans), self.march, &search, &mut NoLog)?;
         }
+        for (fitted, (case, plan)) in found.fitted.iter_mut().zip(cases.iter().zip(&plans)) {
+            let (bounds, error_estimate) = (case.estimate.bounds, fitted.after.error_estimate.take());
+            fitted.after.error_estimate = self.at_corners_of(bounds, case, plan, error_estimate)?;
+        }
         let runs = runs(&cases, &plans);
         if let Some(walkers) = walkers {
             let iterations = walkers.iterations;
@@ -252,7 +269,7 @@ impl RunningStudy<'_> {
         design: &CoverageDesign,
         log: &mut dyn WorkLog,
     ) -> Result<CoverageStudy, SessionError> {
-        self.predict()?;
+        self.predict(design.truth_bounds)?;
         let found = coverage_study_from(&self.answers.case, self.plan, self.march, design, log)?;
         self.answers.seed = Some(design.noise.seed);
         self.answers.coverage_study = Some(found.clone());

@@ -2,16 +2,16 @@
 
 use super::error::SessionError;
 use crate::case::Case;
-use crate::ensemble::Sampling;
+use crate::march::monitor::Monitor;
 use crate::march::{Backend, Precision};
-use crate::plan::Plan;
+use crate::plan::{Plan, RoundingError};
 use crate::question::InputError;
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
 use crate::study::run_record::RunRecord;
 use crate::study::sweep_piece::{Piece, fingerprint};
 use crate::study::timing::Timing;
-use crate::study::uncertainty::{Sweep, SweepStatistics};
+use crate::study::uncertainty::{Sweep, SweepStatistics, sweep_error};
 use std::ops::Range;
 use std::time::Instant;
 
@@ -19,8 +19,9 @@ use std::time::Instant;
 /// other, so that memory does not grow with their number.
 pub struct SweepMerger {
     case: Case,
+    plan: Plan,
     nominal: Prediction,
-    sampling: Sampling,
+    sweep: Sweep,
     /// The name of the first part, and the part without its statistics.
     first: (String, Piece),
     statistics: SweepStatistics,
@@ -39,7 +40,7 @@ struct MergedPart {
 
 impl SweepMerger {
     /// Nothing of the sweep that a part belongs to; the part is added with the others. `plan` is that of the case, and
-    /// `name` names the part in messages.
+    /// `name` names the part in messages. Marches members at corners of the bounds for their discretisation error.
     ///
     /// # Errors
     /// When the part is not of this case or version.
@@ -62,15 +63,26 @@ impl SweepMerger {
         {
             return Err(damaged());
         }
-        let nominal = Prediction::of(case, plan, &traces, 0);
+        let mut nominal = Prediction::of(case, plan, &traces, 0);
         let Sweep { sampling, bounds, .. } = part.draw;
+        if let Some(mut error) = nominal.error_estimate.take() {
+            let precision = precision(part);
+            if precision == Precision::F32
+                && error.rounding.is_none()
+                && let Some(rounding) = RoundingError::measure(case, plan)?
+            {
+                error = error.with_rounding(rounding);
+            }
+            nominal.error_estimate = Some(error.at_corners_of(bounds, case, plan, precision, &Monitor::default())?);
+        }
         let statistics = SweepStatistics::new(case, &nominal, &envelope, bounds, sampling.kind);
         let mut run = RunRecord::new(None, &march_backend(part, String::new()), rayon::current_num_threads());
         run.add_files(case);
         Ok(Self {
             case: case.clone(),
+            plan: plan.clone(),
             nominal,
-            sampling,
+            sweep: part.draw,
             first: (name.to_owned(), part.without_statistics()),
             statistics,
             parts: Vec::new(),
@@ -133,10 +145,18 @@ impl SweepMerger {
     }
 
     /// The answers from the parts so far: those of the whole sweep once [`check_complete`](Self::check_complete) says
-    /// so, else [partial](crate::study::uncertainty::Uncertainty::is_partial) ones.
-    pub fn answers(&self) -> Answers {
-        let (_, first) = &self.first;
-        let outcome = self.statistics.results(&self.nominal, &self.sampling, first.draw.members);
+    /// so, with the discretisation error of some members, which are marched here; else
+    /// [partial](crate::study::uncertainty::Uncertainty::is_partial) ones.
+    ///
+    /// # Errors
+    /// As [`March::march`](crate::march::March::march); the processor does not fail.
+    pub fn answers(&self) -> Result<Answers, SessionError> {
+        let ((_, first), Self { case, plan, sweep, .. }) = (&self.first, self);
+        let mut outcome = self.statistics.results(&self.nominal, &sweep.sampling, sweep.members);
+        if !outcome.is_partial() {
+            let ensemble = sweep.ensemble(case);
+            outcome.discretisation_error = sweep_error(case, plan, precision(first), &ensemble, &Monitor::default())?;
+        }
         // The times of the marches are with the parts.
         let seconds =
             Timing { plan_s: 0.0, march_s: 0.0, other_s: self.began.elapsed().as_secs_f64(), start: self.began };
@@ -145,7 +165,7 @@ impl SweepMerger {
         answers.seed = Some(first.draw.sampling.seed);
         answers.nominal = Some(self.nominal.clone());
         answers.uncertainty = Some(outcome);
-        answers
+        Ok(answers)
     }
 
     /// The names of the devices, each once.
@@ -249,6 +269,10 @@ fn march_backend(part: &Piece, name: String) -> Backend {
         name,
         kind: ["gpu", "software"].into_iter().find(|kind| *kind == part.backend.kind).unwrap_or("cpu"),
         driver: part.run.driver.clone(),
-        precision: if part.backend.precision == "f32" { Precision::F32 } else { Precision::F64 },
+        precision: precision(part),
     }
+}
+
+fn precision(part: &Piece) -> Precision {
+    if part.backend.precision == "f32" { Precision::F32 } else { Precision::F64 }
 }

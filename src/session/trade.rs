@@ -22,7 +22,7 @@ impl Session {
         let (request, layups) = question.resolved(&self.case, &exposures)?;
         let draw = question.draw.sweep(question.members);
         self.run(&question.clone().into(), self.case.clone(), question.members, |study| {
-            study.predict()?;
+            study.predict(draw.bounds)?;
             study.answers.other_cases = exposures;
             study.answers.other_cases.iter().for_each(|case| study.answers.run.add_files(case));
             // Files of materials that only candidates have; those of the exposures are the same.

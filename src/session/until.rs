@@ -44,7 +44,7 @@ impl RunningStudy<'_> {
         target: &PrecisionTarget,
         members: &mut MembersCallback<'_>,
     ) -> Result<PrecisionReached, SessionError> {
-        let nominal = self.predict()?;
+        let nominal = self.predict(sweep.bounds)?;
         if let Some(reason) = failure_reason(&self.answers.case, &nominal.status) {
             return Err(InputError::general(format!("the nominal march failed: {reason}")).into());
         }

@@ -87,6 +87,8 @@ pub struct ParameterEstimates {
     pub fitted: Vec<CaseFit>,
     /// Lag-one autocorrelation of the weighted residuals.
     pub autocorrelation: f64,
+    /// Probability that the residuals are correlated, by the noise model.
+    pub correlation_probability: f64,
     /// Correlation time of the most probable noise model, s; zero for white noise.
     pub correlation_time_s: f64,
     /// Fraction of white noise in the variance of the most probable noise model.
@@ -387,6 +389,7 @@ pub(crate) fn estimate_from(
         advice: fit.termination.advice().to_owned(),
         fitted,
         autocorrelation: lag_one_autocorrelation(&traces),
+        correlation_probability: data.correlation_probability(),
         correlation_time_s: data.noise_parameters().0,
         white_share: data.noise_parameters().1,
         noise_variance: data.variance,

@@ -15,7 +15,8 @@ mod target;
 pub use target::{HalfWidth, PrecisionTarget, TargetQuantity};
 
 use super::margins::quantile_rank;
-use super::uncertainty::{Sweep, SweepStatistics};
+use super::uncertainty::{MembersError, Sweep, SweepStatistics};
+use crate::adapt::member_errors_k;
 use crate::case::Case;
 use crate::ensemble::{Ensemble, StandardNormalSpace};
 use crate::fit::proportion::{Proportion, quantile_ranks};
@@ -107,6 +108,19 @@ pub struct Importance {
     pub factors: Vec<Vec<f64>>,
     /// Sums over the members.
     pub estimate: ImportanceEstimate,
+    /// Discretisation error of the members that decide; `None` where the case states cells and steps.
+    pub discretisation_error: Option<ImportanceError>,
+}
+
+/// Estimated discretisation error of members of importance sampling, as [`SweepError`](super::uncertainty::SweepError).
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct ImportanceError {
+    /// The design points.
+    pub design_points: MembersError,
+    /// The members whose peaks are nearest to the temperature, at most 64: an error may move them across it.
+    pub nearest: MembersError,
 }
 
 impl Look {
@@ -259,16 +273,30 @@ pub fn importance_sampling_until(
     let mut state = PeakLimitState::new(&plan, march, &space, target.sensor, temperature_k);
     let centres = design.points.iter().map(|point| point.scores.clone()).collect();
     let sampling = ImportanceSampling::new(centres, sweep.sampling.seed);
-    let Sampled { estimate, looks, is_reached } =
+    let Sampled { estimate, looks, is_reached, nearest } =
         sample_until(&mut state, &sampling, target.half_width, sweep.members)?;
-    let (failed, factors) = (state.failed, design.points.iter().map(|point| space.factors(&point.scores)).collect());
+    let failed = state.failed;
+    let factors: Vec<Vec<f64>> = design.points.iter().map(|point| space.factors(&point.scores)).collect();
+    let discretisation_error = match plan.error_estimate {
+        None => None,
+        Some(_) => {
+            let nearest = nearest.iter().map(|&(_, index)| space.factors(&sampling.member(index).scores));
+            let values: Vec<f64> = factors.iter().cloned().chain(nearest).flatten().collect();
+            let members = Ensemble::from_values(space.variables(), values);
+            let (precision, monitor) = (march.backend().precision, march.monitor().without_progress());
+            let errors_k = member_errors_k(case, &plan, precision, &members, &monitor)?;
+            let (design_points_k, nearest_k) = errors_k.split_at(factors.len());
+            let [design_points, nearest] = [design_points_k, nearest_k].map(MembersError::of);
+            Some(ImportanceError { design_points, nearest })
+        }
+    };
     Ok(PrecisionReached {
         target: *target,
         looks,
         is_reached,
         max_members: sweep.members,
         failed,
-        importance: Some(Importance { design, factors, estimate }),
+        importance: Some(Importance { design, factors, estimate, discretisation_error }),
         plain_reason: None,
     })
 }
@@ -278,7 +306,12 @@ pub(crate) struct Sampled {
     estimate: ImportanceEstimate,
     pub(crate) looks: Vec<Look>,
     is_reached: bool,
+    /// The members nearest to the limit state, with their distance from it.
+    nearest: Vec<(f64, usize)>,
 }
+
+/// Most members near the limit state whose error is measured: SIMD groups in f64, few beside a look.
+const MAX_NEAREST: usize = 64;
 
 /// Draw members until the interval of the probability has a half-width, or the largest number is drawn.
 pub(crate) fn sample_until<L: LimitState>(
@@ -287,10 +320,11 @@ pub(crate) fn sample_until<L: LimitState>(
     half_width: HalfWidth,
     most: usize,
 ) -> Result<Sampled, L::Error> {
-    let mut sampled = Sampled { estimate: ImportanceEstimate::default(), looks: Vec::new(), is_reached: false };
-    let Sampled { estimate, looks: found, is_reached } = &mut sampled;
+    let mut sampled =
+        Sampled { estimate: ImportanceEstimate::default(), looks: Vec::new(), is_reached: false, nearest: Vec::new() };
     for members in looks(most) {
-        add_members(state, sampling, estimate.members..members, estimate)?;
+        add_members(state, sampling, sampled.estimate.members..members, &mut sampled)?;
+        let Sampled { estimate, looks: found, is_reached, .. } = &mut sampled;
         let (low, high) = estimate.interval(TAIL);
         let look = Look { members, estimate: estimate.probability(), low: Some(low), high: Some(high) };
         found.push(look);
@@ -309,13 +343,17 @@ fn add_members<L: LimitState>(
     state: &mut L,
     sampling: &ImportanceSampling,
     members: Range<usize>,
-    estimate: &mut ImportanceEstimate,
+    sampled: &mut Sampled,
 ) -> Result<(), L::Error> {
     for first in members.clone().step_by(CHUNK) {
         let drawn: Vec<_> = (first..(first + CHUNK).min(members.end)).map(|index| sampling.member(index)).collect();
         let points: Vec<Vec<f64>> = drawn.iter().map(|member| member.scores.clone()).collect();
         let values = state.values(&points)?;
-        drawn.iter().zip(values).for_each(|(member, value)| estimate.add(member, value < 0.0));
+        drawn.iter().zip(&values).for_each(|(member, value)| sampled.estimate.add(member, *value < 0.0));
+        sampled.nearest.extend(values.iter().map(|value| value.abs()).zip(first..));
+        // By member where equal, so that the choice does not depend on the sort.
+        sampled.nearest.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
+        sampled.nearest.truncate(MAX_NEAREST);
     }
     Ok(())
 }

@@ -56,10 +56,15 @@ pub struct Sizing {
     /// Thickness for the required fraction of members.
     pub required: RequiredThickness,
     /// 95 % confidence interval of that thickness, from the number of members; an end is `None` where there are too
-    /// few.
+    /// few, and for members that are not drawn independently.
     pub interval: (Option<RequiredThickness>, Option<RequiredThickness>),
     /// Members drawn.
     pub members: usize,
+    /// `normal`, `uniform`, `lhs`, `sobol`.
+    pub sampling: &'static str,
+    /// Whether the members are drawn independently of each other, as intervals by order statistics assume. Those of the
+    /// check always are.
+    pub has_independent_members: bool,
     /// Members whose march failed at a thickness; they count as exceeding the limit there.
     pub failures: Vec<Failure>,
     /// Thickness required by each member, m, in rising order; infinite where the largest thickness does not suffice.
@@ -248,7 +253,10 @@ pub(crate) fn size_from(
     let mut inorder = found.required.clone();
     inorder.sort_by(|a, b| a.sort_key_m().total_cmp(&b.sort_key_m()));
     let needed = inorder[quantile_rank(members, demand.probability) - 1];
+    let kind = sweep.sampling.kind;
+    let end = |rank: Option<usize>| rank.filter(|_| kind.has_independent_members()).map(|rank| inorder[rank - 1]);
     let (low, high) = quantile_ranks_95(members, demand.probability);
+    let interval = (end(low), end(high));
 
     let band = members.min(CURVE_MEMBERS);
     let each = curve.iter().flat_map(|&(at_m, _)| (0..band).map(move |member| (member, at_m)));
@@ -262,7 +270,11 @@ pub(crate) fn size_from(
     let rungs: Vec<PeakCurvePoint> = rungs.collect();
 
     let ThicknessMarch { march, mut marches, .. } = trial;
+    let (precision, monitor) = (march.backend().precision, march.monitor());
     let error_estimate = plan.error_estimate.clone();
+    let at_corners =
+        |error: ErrorEstimate| error.at_corners_of(sweep.bounds, &scalable.case, &plan, precision, &monitor);
+    let error_estimate = error_estimate.map(at_corners).transpose()?;
     let plies = &scalable.plies;
     let mut still_warming = curve[curve.len() - 1].1.time_s >= case.exposure.duration_s;
     let mut checked = None;
@@ -278,8 +290,10 @@ pub(crate) fn size_from(
         case_thickness_m: drawn_m,
         nominal,
         required: needed,
-        interval: (low.map(|rank| inorder[rank - 1]), high.map(|rank| inorder[rank - 1])),
+        interval,
         members,
+        sampling: kind.name(),
+        has_independent_members: kind.has_independent_members(),
         failures: by_reason(found.failed),
         member_thicknesses_m: inorder.iter().map(|needed| needed.sort_key_m()).collect(),
         shares,
@@ -349,9 +363,10 @@ impl Sizing {
     }
 
     /// 95 % range of the count of the check over repeated sizings with as many members, if the model is right. Both the
-    /// thickness, a sample quantile, and the count of the check scatter.
+    /// thickness, a sample quantile, and the count of the check scatter. `None` without a check, and where the members
+    /// of the thickness are not drawn independently.
     pub fn expected_count_95(&self) -> Option<(Proportion, Proportion)> {
-        let of = self.check.as_ref()?.below_limit.total;
+        let of = self.check.as_ref().filter(|_| self.has_independent_members)?.below_limit.total;
         let rank = quantile_rank(self.members, self.requirement.probability);
         let (low, high) = counts_below_95(rank, self.members, of);
         Some((Proportion { count: low, total: of }, Proportion { count: high, total: of }))

@@ -10,7 +10,7 @@ mod rank_changes;
 mod ranking;
 
 pub use rank_changes::RankChange;
-pub use ranking::{RESAMPLES, Rank};
+pub use ranking::{RESAMPLES, Rank, ResampledRank};
 
 use super::size::{RequiredThickness, SizeError, SizingRequirement};
 use super::uncertainty::{Failure, Sweep};
@@ -52,6 +52,11 @@ pub struct Trade {
     pub exposures: Vec<String>,
     /// Members drawn for each layup.
     pub members: usize,
+    /// `normal`, `uniform`, `lhs`, `sobol`.
+    pub sampling: &'static str,
+    /// Whether the members are drawn independently of each other, as intervals by order statistics and resamples
+    /// assume.
+    pub has_independent_members: bool,
     /// Members marched.
     pub marches: usize,
     /// Layups: those with a rank, the lightest first, then the others.
@@ -80,7 +85,7 @@ pub struct SizedLayup {
     /// Thickness for the required fraction of members under all exposures.
     pub required: RequiredThickness,
     /// 95 % confidence interval of that thickness, from the number of members; an end is `None` where there are too
-    /// few.
+    /// few, and for members that are not drawn independently.
     pub interval: (Option<RequiredThickness>, Option<RequiredThickness>),
     /// Thickness required by each member under all exposures, m; infinite where the largest does not suffice.
     pub member_thicknesses_m: Vec<f64>,
@@ -192,13 +197,13 @@ pub(crate) fn trade(
     for candidate in candidates {
         let prepared = candidate.cases.iter().map(|case| PreparedExposure::new(case, requirement, march));
         let mut prepared = prepared.collect::<Result<Vec<_>, _>>()?;
-        let sized = size_layup(candidate, &mut prepared, march, requirement, &drawn, log)?;
+        let sized = size_layup(candidate, &mut prepared, march, requirement, sweep, &drawn, log)?;
         let derivatives = mass_derivatives(&prepared, &sized, march, &drawn, requirement.probability)?;
         marches += sized.marches;
         found.push((sized.layup, derivatives));
     }
     let layups: Vec<&SizedLayup> = found.iter().map(|(layup, _)| layup).collect();
-    let ranks = ranks(&layups, sweep.members, requirement.probability, sweep.sampling.seed);
+    let ranks = ranks(&layups, sweep, requirement.probability);
     found.iter_mut().zip(ranks).for_each(|((layup, _), rank)| layup.rank = rank);
     found.sort_by(|(a, _), (b, _)| a.required_mass_kg_m2().total_cmp(&b.required_mass_kg_m2()));
     let (layups, derivatives): (Vec<SizedLayup>, Vec<_>) = found.into_iter().unzip();
@@ -209,6 +214,8 @@ pub(crate) fn trade(
         request: request.clone(),
         exposures: exposures.iter().map(|case| case.id.clone()).collect(),
         members: sweep.members,
+        sampling: sweep.sampling.kind.name(),
+        has_independent_members: sweep.sampling.kind.has_independent_members(),
         marches,
         rank_changes: derivatives.map(|derivatives| rank_changes(&layups, &derivatives, &materials)),
         layups,

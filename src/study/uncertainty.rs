@@ -51,7 +51,7 @@ pub struct Uncertainty {
     /// Margins to the temperature limits of the case; `None` without limits or completed members.
     pub margins: Option<MarginStatistics>,
     /// Discretisation error of some members; `None` where the case states cells and steps or has no factors, and of a
-    /// part of a sweep.
+    /// part of a sweep or one that was stopped.
     pub discretisation_error: Option<SweepError>,
 }
 

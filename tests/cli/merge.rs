@@ -160,6 +160,33 @@ fn parts_merged_in_any_order_give_the_numbers_of_one_sweep_to_the_last_digit() {
     run(&scratch, &format!("merge {files} --max-failed 5")).exited_with(1).with_stderr(&["more than the allowed 5"]);
 }
 
+/// Members of the merged sweep are marched again; what else is stated of it is that of the whole sweep too.
+#[test]
+fn the_discretisation_error_of_a_merged_sweep_is_that_of_the_whole_at_corners_of_its_bounds() {
+    let scratch = Scratch::new("pieces-error");
+    let adapted = CASE.replacen("small = [0.8, 1.2]", "small = [0.8, 1.2]\nlarge = [0.3, 3.0]", 1);
+    scratch.write("c/case.toml", adapted.replacen("cells = 16", "tolerance = \"0.05 K\"", 1));
+    let sweep = "-n 60 --sampling-bounds large";
+    run(&scratch, &format!("uncertainty c {sweep} --out whole --quiet")).succeeded();
+    let files = pieces(&scratch, sweep, &[(0, 25), (25, 60)]);
+    let merged = run(&scratch, &format!("merge {} --out merged", files.join(" "))).succeeded();
+    let [whole, found] = ["whole", "merged"].map(|folder| results(&scratch, folder).0);
+    for key in ["discretisation_error", "sweep_discretisation_error"] {
+        assert!(found[key].is_object(), "{key}: {found:#}");
+        assert_eq!(found[key], whole[key], "{key}");
+    }
+    assert_eq!(found["discretisation_error"]["bounds"], "large");
+    assert_eq!(found["sweep_discretisation_error"]["others"]["members"], 16);
+    let words = merged.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    for said in ["16 corners of the large bounds", "discretisation error of members is"] {
+        assert!(words.contains(said), "no {said:?} in {}", merged.stdout);
+    }
+    // Negative control: corners of the small bounds have another error.
+    run(&scratch, "uncertainty c -n 60 --out small --quiet").succeeded();
+    let small = results(&scratch, "small").0;
+    assert_ne!(small["discretisation_error"]["corners_k"], found["discretisation_error"]["corners_k"]);
+}
+
 #[test]
 fn files_that_are_not_all_parts_of_one_sweep_are_refused_and_nothing_is_written() {
     let scratch = Scratch::new("pieces-refused");

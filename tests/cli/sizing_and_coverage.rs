@@ -50,6 +50,28 @@ fn sizing_is_the_same_on_any_number_of_threads_on_screen_in_tables_and_in_the_su
     assert!(ran.stdout.contains("TC2 peaks at the end of the run (40 s)"), "{}", ran.stdout);
 }
 
+/// The members of the check are drawn independently, whatever those of the thickness.
+#[test]
+fn a_thickness_of_members_that_are_not_independent_has_no_interval_but_that_of_the_check() {
+    let scratch = case_with_observations("dependent");
+    for (sampling, is_independent) in [("normal", true), ("lhs", false), ("sobol", false)] {
+        let line = format!(
+            "size c --ply BASE --limit TC2<480K --probability 0.9 -n 80 --sampling {sampling} --quiet --out {sampling}"
+        );
+        let ran = run(&scratch, &line).succeeded();
+        let sizing = &results(&scratch, sampling, &[]).0["sizing"];
+        let has_interval = |of: &Value| of.as_array().is_some_and(|ends| ends.iter().all(Value::is_number));
+        assert_eq!(has_interval(&sizing["interval_m"]), is_independent, "{sampling}: {sizing:#}");
+        assert_eq!(has_interval(&sizing["stated"]["within_limit"]["interval"]), is_independent, "{sizing:#}");
+        assert_eq!(has_interval(&sizing["check"]["expected"]), is_independent, "{sizing:#}");
+        assert!(has_interval(&sizing["check"]["within_limit"]["interval"]), "{sizing:#}");
+        let words = ran.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+        let reason = format!("members of {sampling} sampling are not independent");
+        assert_eq!(words.contains(&reason), !is_independent, "{}", ran.stdout);
+        assert_eq!(words.contains("95 % confidence interval of the thickness"), is_independent, "{}", ran.stdout);
+    }
+}
+
 #[test]
 fn a_limit_that_no_thickness_satisfies_is_reported_and_thin_plies_keep_three_digits() {
     let scratch = case_with_observations("thin");

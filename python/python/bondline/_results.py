@@ -301,14 +301,15 @@ class Trade(Prediction):
         for layup in found["layups"]:
             row = {ply: ids[at] for (ply, ids), at in zip(choices, layup["candidates"], strict=True)}
             rank, required = layup["rank"], layup["required"]
+            resampled = (rank or {}).get("resampled")
             thickness = required.get("At", required.get("AtMost", np.nan))
             row |= {
                 "rank": rank["rank"] if rank else np.nan,
                 "mass_kg_m2": layup["fixed_mass_kg_m2"] + layup["density_kg_m3"] * thickness,
                 "thickness_m": thickness,
-                "rank_low": rank["interval"][0] if rank else np.nan,
-                "rank_high": rank["interval"][1] if rank else np.nan,
-                "first_share": rank["first_share"] if rank else np.nan,
+                "rank_low": resampled["interval"][0] if resampled else np.nan,
+                "rank_high": resampled["interval"][1] if resampled else np.nan,
+                "first_share": resampled["first_share"] if resampled else np.nan,
             }
             rows.append(row)
         return pandas.DataFrame(rows)

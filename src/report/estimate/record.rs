@@ -104,6 +104,7 @@ pub(super) fn put(
     record.put("akaike_criterion", &outcome.goodness_of_fit.akaike_criterion)?;
     record.put("bayesian_criterion", &outcome.goodness_of_fit.bayesian_criterion)?;
     record.put("autocorrelation", &outcome.autocorrelation)?;
+    record.put("correlation_probability", &outcome.correlation_probability)?;
     // Parameters of the noise model.
     record.put("correlation_time_s", &outcome.correlation_time_s)?;
     record.put("white_noise_share", &outcome.white_share)?;

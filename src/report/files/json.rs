@@ -64,6 +64,11 @@ impl ProportionRecord {
         Self::with_interval(counted, Some(counted.interval_95()))
     }
 
+    /// With its interval if the members are drawn independently of each other.
+    pub(in crate::report) fn of_members(counted: Proportion, are_independent: bool) -> Self {
+        Self::with_interval(counted, are_independent.then(|| counted.interval_95()))
+    }
+
     pub(in crate::report) fn with_interval(counted: Proportion, interval: Option<(f64, f64)>) -> Self {
         Self { count: counted.count, of: counted.total, share: counted.fraction(), interval }
     }

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 struct DiscretisationError {
     tolerance_k: f64,
     nominal_k: f64,
+    bounds: &'static str,
     corners_k: Option<f64>,
     corners: usize,
     failed_corners: usize,
@@ -42,6 +43,7 @@ impl DiscretisationError {
         Self {
             tolerance_k: reached.tolerance_k,
             nominal_k: reached.nominal_k,
+            bounds: reached.bounds.name(),
             corners_k: reached.corners_k,
             corners: reached.corners,
             failed_corners: reached.failed_corners,

@@ -25,6 +25,8 @@ pub(super) struct SizingRecord<'a> {
     margin_m: Option<f64>,
     margin_kg_m2: Option<f64>,
     members: usize,
+    /// `normal`, `uniform`, `lhs` or `sobol`; the last two have no intervals but those of the check.
+    sampling: &'static str,
     failed: usize,
     marches: usize,
     peak_at_end: bool,
@@ -64,7 +66,8 @@ impl Thickness {
             },
             thickness_m: needed.found_m(),
             mass_kg_m2: needed.found_m().map(|at_m| outcome.mass_kg_m2(at_m)),
-            within_limit: within_limit.map(ProportionRecord::of),
+            within_limit: within_limit
+                .map(|counted| ProportionRecord::of_members(counted, outcome.has_independent_members)),
         }
     }
 }
@@ -97,6 +100,7 @@ impl<'a> SizingRecord<'a> {
             margin_m: outcome.margin_m(),
             margin_kg_m2: outcome.margin_m().map(|margin_m| outcome.mass_kg_m2(margin_m)),
             members: outcome.members,
+            sampling: outcome.sampling,
             failed: outcome.failures.iter().map(|failure| failure.members).sum(),
             marches: outcome.marches,
             peak_at_end: outcome.still_warming,

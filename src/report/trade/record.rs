@@ -18,6 +18,8 @@ pub(super) struct TradeRecord<'a> {
     probability: f64,
     exposures: &'a [String],
     members: usize,
+    /// `normal`, `uniform`, `lhs` or `sobol`; the last two have no intervals.
+    sampling: &'static str,
     marches: usize,
     layups: Vec<LayupRecord<'a>>,
     /// `null` where the backend has no derivatives.
@@ -74,6 +76,7 @@ impl<'a> TradeRecord<'a> {
             probability: requirement.probability,
             exposures: &outcome.exposures,
             members: outcome.members,
+            sampling: outcome.sampling,
             marches: outcome.marches,
             layups: outcome.layups.iter().map(|layup| layup_record(answers, outcome, layup)).collect(),
             rank_changes: changes.map(|changes| changes.iter().map(|change| change_record(outcome, change)).collect()),
@@ -83,11 +86,14 @@ impl<'a> TradeRecord<'a> {
 
 fn layup_record<'a>(answers: &'a Answers, outcome: &'a Trade, layup: &'a SizedLayup) -> LayupRecord<'a> {
     let names = answers.case.factors.iter().map(|factor| factor.name.as_str());
+    let within_limit = |thickness_m: f64| {
+        ProportionRecord::of_members(layup.below_limit(thickness_m), outcome.has_independent_members)
+    };
     LayupRecord {
         materials: outcome.materials_of(layup),
         rank: layup.rank.map(|rank| rank.rank),
-        rank_interval: layup.rank.map(|rank| rank.interval),
-        first_share: layup.rank.map(|rank| rank.first_share),
+        rank_interval: layup.rank.and_then(|rank| Some(rank.resampled?.interval)),
+        first_share: layup.rank.and_then(|rank| Some(rank.resampled?.first_share)),
         outcome: match layup.required {
             RequiredThickness::AtMost(_) => "every",
             RequiredThickness::At(_) => "found",
@@ -100,8 +106,8 @@ fn layup_record<'a>(answers: &'a Answers, outcome: &'a Trade, layup: &'a SizedLa
         nominal_m: layup.nominal_required().found_m(),
         margin_m: layup.margin_m(),
         stated_m: layup.case_thickness_m,
-        within_limit_as_stated: ProportionRecord::of(layup.below_limit(layup.case_thickness_m)),
-        within_limit_thickest: ProportionRecord::of(layup.below_limit(layup.thickness_range_m.1)),
+        within_limit_as_stated: within_limit(layup.case_thickness_m),
+        within_limit_thickest: within_limit(layup.thickness_range_m.1),
         governing_exposure: &outcome.exposures[layup.governing_exposure()],
         variance_shares: OrderedMap(names.zip(layup.shares.iter().copied()).collect()),
         failed: layup.failures.iter().map(|failure| failure.members).sum(),

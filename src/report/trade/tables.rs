@@ -10,7 +10,7 @@ use crate::report::html::table::{list, table};
 use crate::report::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::margins::quantile_rank;
-use crate::study::trade::{RESAMPLES, Rank, RankChange, SizedLayup, TableEnd, Trade};
+use crate::study::trade::{RESAMPLES, RankChange, SizedLayup, TableEnd, Trade};
 
 /// The name, with a mark if a property table ends below the temperatures met.
 pub(super) fn marked_name(outcome: &Trade, layup: &SizedLayup) -> String {
@@ -22,10 +22,15 @@ pub(super) fn page(answers: &Answers, outcome: &Trade) -> String {
     let mut text = vec![super::lightest(answers, outcome)];
     text.extend(super::without_thickness(outcome));
     text.extend(super::nearest_change(outcome));
+    let ranks = super::dependence(outcome).unwrap_or_else(|| {
+        format!(
+            "95 % rank and share of first places: of {} resamples of the members, the same for all layups.",
+            format::count(RESAMPLES)
+        )
+    });
     text.push(format!(
-        "95 % rank and share of first places: of {} resamples of the members, the same for all layups. As drawn: \
-         members within the limit with {} of {}. Largest share: of a factor in the variance of the thickness.",
-        format::count(RESAMPLES),
+        "{ranks} As drawn: members within the limit with {} of {}. Largest share: of a factor in the variance of the \
+         thickness.",
         outcome.layups.first().map_or(String::new(), |layup| millimetres(layup.case_thickness_m)),
         outcome.request.requirement.ply
     ));
@@ -61,14 +66,15 @@ fn ranked(answers: &Answers, outcome: &Trade) -> String {
             rank_text(outcome, rank),
             marked_name(outcome, layup),
             format::significant(layup.required_mass_kg_m2(), 3),
-            format!("{} to {}", end(low), end(high)),
+            if outcome.has_independent_members { format!("{} to {}", end(low), end(high)) } else { "–".to_owned() },
             thickness_text(layup.required),
             thickness_text(layup.nominal_required()),
             layup.margin_m().map_or("–".to_owned(), millimetres),
             percent_near_limits(drawn.fraction()).replace(" %", ""),
             largest_share(answers, layup),
             rank_interval(rank),
-            percent_near_limits(rank.first_share).replace(" %", ""),
+            rank.resampled
+                .map_or("–".to_owned(), |resampled| percent_near_limits(resampled.first_share).replace(" %", "")),
         ];
         if several {
             row.push(outcome.exposures[layup.governing_exposure()].clone());
@@ -87,7 +93,8 @@ fn unranked(answers: &Answers, outcome: &Trade) -> String {
             marked_name(outcome, layup),
             millimetres(thickest_m),
             areal_mass(layup.mass_kg_m2(thickest_m)).replace(" kg/m²", ""),
-            format::proportion(layup.below_limit(thickest_m)).replace(" %", ""),
+            format::proportion_of_members(layup.below_limit(thickest_m), outcome.has_independent_members)
+                .replace(" %", ""),
             format::grouped(layup.thickest_peak_k, 0),
             largest_share(answers, layup),
         ]
@@ -203,9 +210,12 @@ fn layups_file(answers: &Answers, outcome: &Trade) -> Result<NamedFile, ReportEr
     for layup in &outcome.layups {
         let (low, high) = mass_interval(layup);
         let largest = layup.shares.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let rank = |of: fn(Rank) -> usize| layup.rank.map_or(String::new(), |rank| of(rank).to_string());
+        let resampled = layup.rank.and_then(|rank| rank.resampled);
+        let end = |of: fn((usize, usize)) -> usize| {
+            resampled.map_or(String::new(), |resampled| of(resampled.interval).to_string())
+        };
         file.text_row(vec![
-            rank(|rank| rank.rank),
+            layup.rank.map_or(String::new(), |rank| rank.rank.to_string()),
             outcome.materials_of(layup).join(" "),
             optional(layup.rank.map(|_| layup.required_mass_kg_m2())),
             optional(low),
@@ -216,9 +226,9 @@ fn layups_file(answers: &Answers, outcome: &Trade) -> Result<NamedFile, ReportEr
             cell(layup.below_limit(layup.case_thickness_m).fraction()),
             largest.map_or(String::new(), |(factor, _)| answers.case.factors[factor].name.clone()),
             optional(largest.map(|(_, share)| *share)),
-            rank(|rank| rank.interval.0),
-            rank(|rank| rank.interval.1),
-            optional(layup.rank.map(|rank| rank.first_share)),
+            end(|interval| interval.0),
+            end(|interval| interval.1),
+            optional(resampled.map(|resampled| resampled.first_share)),
             outcome.exposures[layup.governing_exposure()].clone(),
         ])?;
     }

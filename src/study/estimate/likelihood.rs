@@ -87,6 +87,10 @@ impl Likelihood {
         let mode = self.noise.mode();
         (mode.correlation_time, mode.white_fraction)
     }
+
+    pub(super) fn correlation_probability(&self) -> f64 {
+        self.noise.correlation_probability()
+    }
 }
 
 /// Effect of a factor over its whole bounds below which the data do not depend on it, K.

@@ -11,6 +11,15 @@
 //! A member also changes the ranks of all others: by one for each that lies above it. The mean over these of `x` adds
 //! to `A`, and twice the mean of `y` adds to `C` (Croux & Dehon, Stat. Methods Appl. 19, 2010). Residuals of a
 //! regression on other factors may be taken as given, since they are not correlated with these.
+//!
+//! Partial rank correlations near one have an error that is not linear in the members. Factors enter with their grades,
+//! an output with its rank, which is the mean over n members of the step functions "above member k". The variance of
+//! ranks that a regression on the grades leaves is thus a V-statistic: with N the variance that the regression leaves
+//! of one step, averaged over k, it is too large by N/n on average, and scatters as a sum of squares of normal
+//! variables about it. N is near 0.8 of the variance of ranks: of 300 members, 0.3 % of it, which is much where the
+//! factors explain 99 %. Intervals without it held 70 to 90 % of such correlations.
+
+use super::interval::{ConfidenceInterval, NORMAL_95, influence_variance};
 
 /// Ranks of an output among the sampled members.
 pub(super) struct SampledRanks {
@@ -34,6 +43,13 @@ impl SampledRanks {
             ends.push(below + group.len());
         }
         Self { order, ends, ranks }
+    }
+
+    /// Probability that two sampled members, which may be the same, have equal outputs.
+    fn equal_share(&self) -> f64 {
+        let starts = std::iter::once(&0).chain(&self.ends);
+        let groups = self.ends.iter().zip(starts).map(|(end, start)| (end - start) as f64 / self.order.len() as f64);
+        groups.map(|share| share * share).sum()
     }
 
     /// Of each member the mean of a weight over all members, where those below it count as zero and those that equal
@@ -78,10 +94,100 @@ pub(super) fn scatter(x: &[f64], y: &[f64], ranks: Option<&SampledRanks>) -> f64
         (x * y + of_products[member]) / scale
             - 0.5 * r * (x * x / x_square + (y * y + 2.0 * of_squares[member]) / y_square)
     };
-    let influences: Vec<f64> = (0..x.len()).map(influence).collect();
-    let centre = influences.iter().sum::<f64>() / members;
-    let squares: f64 = influences.iter().map(|influence| (influence - centre).powi(2)).sum();
-    squares / (members - 1.0) / (1.0 - r * r).powi(2)
+    influence_variance(&(0..x.len()).map(influence).collect::<Vec<f64>>()) / (1.0 - r * r).powi(2)
+}
+
+/// Quantiles 2.5 % and 97.5 % of the part of the variance left of ranks that is quadratic in the members, over its
+/// mean: of squares of normal variables with the eigenvalues of the steps left by a regression on one uniform variable,
+/// the four largest of which are 37, 19, 9 and 6 % of their sum.
+const QUADRATIC_ENDS: [f64; 2] = [0.30, 2.66];
+/// Smallest share of a variance left that is taken as true.
+const MIN_TRUE_SHARE: f64 = 0.6;
+
+/// Partial rank correlations of an output with the factors, from the sampled members.
+pub(super) struct PartialScatter {
+    /// Variance of `artanh r` of each factor that is linear in the members, times their number.
+    scatters: Vec<f64>,
+    /// N, over the variance of the ranks.
+    step_noise: f64,
+}
+
+impl PartialScatter {
+    /// From the grades of the factors less their means, and their residuals in a regression on those of the others;
+    /// `None` for a constant output or where factors determine one another.
+    pub(super) fn new(ranks: &SampledRanks, grades: &[Vec<f64>], residuals: &[Vec<f64>]) -> Option<Self> {
+        let members = ranks.ranks.len() as f64;
+        let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / members;
+        let variance = mean(&ranks.ranks, &ranks.ranks);
+        let squares: Vec<f64> = residuals.iter().map(|of| mean(of, of)).collect();
+        if !(variance > 0.0 && !squares.is_empty() && squares.iter().all(|square| *square > 0.0)) {
+            return None;
+        }
+        let slopes: Vec<f64> =
+            residuals.iter().zip(&squares).map(|(of, square)| mean(of, &ranks.ranks) / square).collect();
+        let mut left = ranks.ranks.clone();
+        for (slope, grades) in slopes.iter().zip(grades) {
+            left.iter_mut().zip(grades).for_each(|(left, grade)| *left -= slope * grade);
+        }
+        let (left_square, left_above) = (mean(&left, &left), ranks.mean_above(&left));
+        let above: Vec<Vec<f64>> = residuals.iter().map(|of| ranks.mean_above(of)).collect();
+        let explained =
+            |(grades, (above, square)): (&Vec<f64>, (&Vec<f64>, &f64))| mean(&ranks.mean_above(grades), above) / square;
+        let explained: f64 = grades.iter().zip(above.iter().zip(&squares)).map(explained).sum();
+        let step_noise = (0.25 * (1.0 - ranks.equal_share()) - variance - explained).max(0.0);
+        let true_square = true_variance(left_square, step_noise, members);
+        let scatter = |((slope, square), (own, above)): ((&f64, &f64), (&Vec<f64>, &Vec<f64>))| {
+            if true_square < PERFECT * variance {
+                return 0.0;
+            }
+            let scale = (square * true_square).sqrt();
+            let ratio = slope * square / scale;
+            let influence = |member: usize| {
+                let (own, left) = (own[member], left[member]);
+                let of_variances = own * own / square + (left * left + 2.0 * left_above[member]) / true_square;
+                (own * (left + slope * own) + above[member]) / scale - 0.5 * ratio * of_variances
+            };
+            influence_variance(&(0..left.len()).map(influence).collect::<Vec<f64>>()) / (1.0 + ratio * ratio)
+        };
+        let each = slopes.iter().zip(&squares).zip(residuals.iter().zip(&above));
+        Some(Self { scatters: each.map(scatter).collect(), step_noise: step_noise / variance })
+    }
+
+    /// The partial rank correlation of a factor and its interval from all members, with `free` degrees of freedom: from
+    /// the slope of the ranks on the grade, both in standard deviations, the diagonal of the inverse of the
+    /// correlations of the grades, and the share of the variance of the ranks that the regression leaves. The intervals
+    /// by the parts that are linear and quadratic in the members are combined by the squares of the distances of their
+    /// ends (Zou & Donner, Stat. Med. 27, 2008).
+    pub(super) fn interval(
+        &self,
+        factor: usize,
+        (slope, diagonal, left): (f64, f64, f64),
+        members: f64,
+        free: f64,
+    ) -> ConfidenceInterval {
+        let transformed = |left: f64| match slope {
+            0.0 => 0.0,
+            _ => (slope / (diagonal * left.max(0.0)).sqrt()).asinh(),
+        };
+        let value = transformed(true_variance(left, self.step_noise, members));
+        if !value.is_finite() {
+            return ConfidenceInterval::correlation(value.tanh(), free, 0.0);
+        }
+        let ends = QUADRATIC_ENDS.map(|ratio| transformed(left - ratio * self.step_noise / members));
+        let reach = NORMAL_95 * (self.scatters[factor] / (free - 3.0)).sqrt();
+        let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        let distance = |by: f64| reach.hypot(by.max(0.0));
+        ConfidenceInterval {
+            value: value.tanh(),
+            low: (value - distance(value - low)).tanh(),
+            high: (value + distance(high - value)).tanh(),
+        }
+    }
+}
+
+/// A variance left of ranks without what the steps of the members add on average.
+fn true_variance(left: f64, step_noise: f64, members: f64) -> f64 {
+    (left - (step_noise - left) / members).max(MIN_TRUE_SHARE * left)
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@
 //! largest where the functions are. So variances come from the residuals of a random sample of the members.
 
 use super::basis::QUANTA;
-use super::interval::{NORMAL_95, PairIndex};
+use super::interval::{NORMAL_95, PairIndex, influence_variance};
 use super::output::OutputSums;
 use super::{Accumulator, COARSE_LOG2, ConfidenceInterval, chunk_len};
 use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, DVectorView, Dyn};
@@ -327,7 +327,7 @@ impl Fit<'_> {
         let value = (part.variance / all.variance).clamp(0.0, 1.0);
         let reach = |share: f64, influence: &DVector<f64>| {
             let influence = influence - share * &all.influence;
-            let variance = influence.variance() / self.members + part.error_squares;
+            let variance = influence_variance(influence.as_slice()) / self.members + part.error_squares;
             NORMAL_95 * variance.sqrt() / all.variance
         };
         let most = value + self.residuals.left_out_mean_square() / all.variance;

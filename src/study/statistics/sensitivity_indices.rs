@@ -1,6 +1,6 @@
 //! Global sensitivity of an output to each factor: correlations, rank correlations, and Sobol indices.
 
-use super::correlation_scatter::{SampledRanks, scatter};
+use super::correlation_scatter::{PartialScatter, SampledRanks, scatter};
 use super::interval::{ConfidenceInterval, PairIndex};
 use super::polynomial_chaos::{PolynomialChaos, SobolIndices};
 use super::{Accumulator, GRADE_QUANTA, chunk_len};
@@ -82,14 +82,17 @@ impl Accumulator {
             let scatter = scatter(&ranks.sampled_grades[factor], &sampled_ranks.ranks, Some(&sampled_ranks));
             ConfidenceInterval::correlation(ranked[factor], members, scatter)
         };
-        let residuals = ranks.residuals(&sampled_ranks.ranks);
-        let partial = ranks.partial(&ranked);
-        let partial = partial.enumerate().map(|(factor, value)| {
-            let scatter = match (ranks.sampled_residuals.get(factor), residuals.get(factor)) {
-                (Some(of_factor), Some(of_rank)) => scatter(of_factor, of_rank, Some(&sampled_ranks)),
-                _ => 1.0,
-            };
-            ConfidenceInterval::correlation(value, members - others, scatter)
+        let partial_scatter = PartialScatter::new(&sampled_ranks, &ranks.sampled_grades, &ranks.sampled_residuals);
+        let partial = ranks.partial_regression(&ranked).enumerate().map(|(factor, regression)| {
+            let free = members - others;
+            match (regression, &partial_scatter) {
+                (Some(regression), Some(scatter)) if free > 3.0 => scatter.interval(factor, regression, members, free),
+                (Some((slope, diagonal, left)), _) => {
+                    let value = ratio_or_zero(slope, (diagonal * left + slope.powi(2)).sqrt());
+                    ConfidenceInterval::correlation(value, free, 1.0)
+                }
+                (None, _) => ConfidenceInterval::UNKNOWN,
+            }
         });
         let SobolIndices { first, total, second, unexplained: rest } = indices;
         SensitivityIndices {
@@ -165,23 +168,6 @@ impl RankCorrelations {
         }
     }
 
-    /// Of each factor the residuals of a variable of the sampled members in a regression on the grades of the other
-    /// factors; empty where these determine one another.
-    fn residuals(&self, variable: &[f64]) -> Vec<Vec<f64>> {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let slope = |residuals: &Vec<f64>| ratio_or_zero(dot(residuals, variable), dot(residuals, residuals));
-        let slopes: Vec<f64> = self.sampled_residuals.iter().map(slope).collect();
-        let mut left = variable.to_vec();
-        for (slope, grades) in slopes.iter().zip(&self.sampled_grades) {
-            left.iter_mut().zip(grades).for_each(|(left, grade)| *left -= slope * grade);
-        }
-        // Without the slope on the factor itself, its own residual remains.
-        let with_own = |(slope, residuals): (&f64, &Vec<f64>)| {
-            left.iter().zip(residuals).map(|(left, own)| left + slope * own).collect()
-        };
-        slopes.iter().zip(&self.sampled_residuals).map(with_own).collect()
-    }
-
     /// Spearman correlation of an output with each factor; zero where either is constant.
     fn correlations(&self, accumulator: &Accumulator, output: usize) -> Vec<f64> {
         let members = accumulator.members as f64;
@@ -201,17 +187,15 @@ impl RankCorrelations {
         each.map(|(product, factor)| ratio_or_zero(*product, deviation * factor).clamp(-1.0, 1.0)).collect()
     }
 
-    /// Partial rank correlations, with the ranks of the other factors regressed out.
-    fn partial(&self, correlations: &[f64]) -> impl Iterator<Item = f64> {
+    /// The regression of the ranks of an output on the grades of all factors: of each factor the slope, in standard
+    /// deviations, the diagonal of the inverse of the correlations of the grades, and the share of the variance that is
+    /// left. `None` where factors determine one another.
+    fn partial_regression(&self, correlations: &[f64]) -> impl Iterator<Item = Option<(f64, f64, f64)>> {
         let ranked = DVector::from_column_slice(correlations);
         let slopes = self.inverse.as_ref().map(|inverse| (inverse.diagonal(), inverse * &ranked));
         let left = slopes.as_ref().map_or(0.0, |(_, slopes)| (1.0 - ranked.dot(slopes)).max(0.0));
-        (0..correlations.len()).map(move |factor| match &slopes {
-            Some((diagonal, slopes)) => {
-                ratio_or_zero(slopes[factor], (diagonal[factor] * left + slopes[factor].powi(2)).sqrt())
-            }
-            None => f64::NAN,
-        })
+        (0..correlations.len())
+            .map(move |factor| slopes.as_ref().map(|(diagonal, slopes)| (slopes[factor], diagonal[factor], left)))
     }
 }
 

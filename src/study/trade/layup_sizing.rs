@@ -1,8 +1,8 @@
 //! Sizing of one layup for its limit under all exposures.
 
-use super::{CandidateLayup, SizedLayup, TableEnd};
+use super::{CandidateLayup, SizedLayup, Sweep, TableEnd};
 use crate::adapt::{ACCEPTED_ERROR, adapt_monitored, checked_at_members};
-use crate::case::{Case, TemperatureLimit};
+use crate::case::{Bounds, Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
 use crate::fit::proportion::quantile_ranks_95;
 use crate::march::{March, MarchError};
@@ -48,17 +48,18 @@ pub(super) fn size_layup(
     exposures: &mut [PreparedExposure],
     march: &mut dyn March,
     requirement: &SizingRequirement,
+    sweep: &Sweep,
     drawn: &Ensemble,
     log: &mut dyn WorkLog,
 ) -> Result<LayupSizing, SizeError> {
     let mut marches = 0;
     let mut adaptations = 1;
     loop {
-        let mut sized = size_on_plans(candidate, exposures, march, requirement, drawn, log)?;
+        let mut sized = size_on_plans(candidate, exposures, march, requirement, sweep, drawn, log)?;
         marches += sized.marches;
         sized.marches = marches;
-        sized.layup.error_estimate = largest_error(exposures);
         if adaptations == MAX_ADAPTATIONS {
+            sized.layup.error_estimate = largest_error(exposures, sweep.bounds, march)?;
             return Ok(sized);
         }
         let thickness_m = sized.layup.required.sort_key_m().min(sized.layup.thickness_range_m.1);
@@ -70,16 +71,26 @@ pub(super) fn size_layup(
             *plan = checked.plan;
         }
         if !is_adapted_anew {
-            sized.layup.error_estimate = largest_error(exposures);
+            sized.layup.error_estimate = largest_error(exposures, sweep.bounds, march)?;
             return Ok(sized);
         }
         adaptations += 1;
     }
 }
 
-fn largest_error(exposures: &[PreparedExposure]) -> Option<ErrorEstimate> {
-    let estimates = exposures.iter().filter_map(|exposure| exposure.plan.error_estimate.as_ref());
-    estimates.max_by(|one, other| one.nominal_k.total_cmp(&other.nominal_k)).cloned()
+/// The error under the exposure where it is largest, with its corners at the bounds between which members are drawn.
+fn largest_error(
+    exposures: &[PreparedExposure],
+    bounds: Bounds,
+    march: &dyn March,
+) -> Result<Option<ErrorEstimate>, MarchError> {
+    let estimates = exposures.iter().filter_map(|exposure| Some((exposure, exposure.plan.error_estimate.as_ref()?)));
+    let largest = estimates.max_by(|(_, one), (_, other)| one.nominal_k.total_cmp(&other.nominal_k));
+    let (precision, monitor) = (march.backend().precision, march.monitor());
+    let at_corners = |(exposure, error): (&PreparedExposure, &ErrorEstimate)| {
+        error.clone().at_corners_of(bounds, &exposure.scalable.case, &exposure.plan, precision, &monitor)
+    };
+    largest.map(at_corners).transpose()
 }
 
 /// The thickness that each member requires under all exposures: that of the exposure that requires most at nominal
@@ -89,6 +100,7 @@ fn size_on_plans(
     exposures: &[PreparedExposure],
     march: &mut dyn March,
     requirement: &SizingRequirement,
+    sweep: &Sweep,
     drawn: &Ensemble,
     log: &mut dyn WorkLog,
 ) -> Result<LayupSizing, SizeError> {
@@ -137,6 +149,8 @@ fn size_on_plans(
     inorder.sort_by(|a, b| a.sort_key_m().total_cmp(&b.sort_key_m()));
     let members = drawn.len();
     let needed = inorder[quantile_rank(members, requirement.probability) - 1];
+    let is_independent = sweep.sampling.kind.has_independent_members();
+    let end = |rank: Option<usize>| rank.filter(|_| is_independent).map(|rank| inorder[rank - 1]);
     let (low, high) = quantile_ranks_95(members, requirement.probability);
     let (first, factors) = (&exposures[0].scalable, drawn.factors());
     let drawn_m = first.case_thickness_m;
@@ -150,7 +164,7 @@ fn size_on_plans(
         density_kg_m3,
         nominal: nominals.iter().map(|nominal| nominal.required).collect(),
         required: needed,
-        interval: (low.map(|rank| inorder[rank - 1]), high.map(|rank| inorder[rank - 1])),
+        interval: (end(low), end(high)),
         member_thicknesses_m: required.iter().map(|needed| needed.sort_key_m()).collect(),
         shares: squared_correlation_shares(factors, &required, |member| drawn.member(member)),
         failures: by_reason(failed),

@@ -1,7 +1,7 @@
 //! Ranks of layups by their required mass, and their uncertainty from the number of members: the members are resampled
 //! (bootstrap; Davison & Hinkley, *Bootstrap Methods and their Application*, 1997), the same for all layups.
 
-use super::SizedLayup;
+use super::{SizedLayup, Sweep};
 use crate::random::RandomStream;
 use crate::study::margins::quantile_rank;
 
@@ -20,6 +20,15 @@ const STREAM: u64 = 0x7261_6e6b;
 pub struct Rank {
     /// The rank.
     pub rank: usize,
+    /// How it scatters over the resamples; `None` for members that are not drawn independently.
+    pub resampled: Option<ResampledRank>,
+}
+
+/// A rank over the resamples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct ResampledRank {
     /// Lowest and highest rank in the central 95 % of the resamples.
     pub interval: (usize, usize),
     /// Share of the resamples in which no other layup is lighter.
@@ -27,7 +36,22 @@ pub struct Rank {
 }
 
 /// The ranks of layups; `None` for those without a finite mass.
-pub(super) fn ranks(layups: &[&SizedLayup], members: usize, probability: f64, seed: u64) -> Vec<Option<Rank>> {
+pub(super) fn ranks(layups: &[&SizedLayup], sweep: &Sweep, probability: f64) -> Vec<Option<Rank>> {
+    let found = ranks_of(&layups.iter().map(|layup| layup.required_mass_kg_m2()).collect::<Vec<_>>());
+    let resampled = match sweep.sampling.kind.has_independent_members() {
+        true => {
+            resampled_ranks(layups, sweep.members, probability, sweep.sampling.seed).into_iter().map(Some).collect()
+        }
+        false => vec![None; layups.len()],
+    };
+    let each = layups.iter().zip(found).zip(resampled);
+    let rank = |((layup, rank), resampled): ((&&SizedLayup, usize), Option<ResampledRank>)| {
+        layup.required_mass_kg_m2().is_finite().then_some(Rank { rank, resampled })
+    };
+    each.map(rank).collect()
+}
+
+fn resampled_ranks(layups: &[&SizedLayup], members: usize, probability: f64, seed: u64) -> Vec<ResampledRank> {
     let inorder: Vec<Vec<usize>> = layups
         .iter()
         .map(|layup| {
@@ -37,7 +61,6 @@ pub(super) fn ranks(layups: &[&SizedLayup], members: usize, probability: f64, se
             inorder
         })
         .collect();
-    let found = ranks_of(&layups.iter().map(|layup| layup.required_mass_kg_m2()).collect::<Vec<_>>());
     let above = members - quantile_rank(members, probability);
     let mut resampled: Vec<Vec<usize>> = vec![Vec::with_capacity(RESAMPLES); layups.len()];
     let mut random = RandomStream::new(seed, STREAM);
@@ -57,16 +80,15 @@ pub(super) fn ranks(layups: &[&SizedLayup], members: usize, probability: f64, se
         let masses: Vec<f64> = layups.iter().zip(&inorder).map(mass).collect();
         resampled.iter_mut().zip(ranks_of(&masses)).for_each(|(ranks, rank)| ranks.push(rank));
     }
-    let with_interval = |((layup, rank), mut resampled): ((&&SizedLayup, usize), Vec<usize>)| {
+    let summary = |mut resampled: Vec<usize>| {
         resampled.sort_unstable();
         let tail = RESAMPLES / 40;
-        layup.required_mass_kg_m2().is_finite().then(|| Rank {
-            rank,
+        ResampledRank {
             interval: (resampled[tail], resampled[RESAMPLES - 1 - tail]),
             first_share: resampled.partition_point(|&rank| rank == 1) as f64 / RESAMPLES as f64,
-        })
+        }
     };
-    layups.iter().zip(found).zip(resampled).map(with_interval).collect()
+    resampled.into_iter().map(summary).collect()
 }
 
 /// The rank of each mass: one more than the number of lighter ones.

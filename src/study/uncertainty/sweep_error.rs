@@ -80,7 +80,7 @@ pub fn sweep_error(
 
 impl MembersError {
     /// From the errors of the members, K: infinite of those that did not complete.
-    fn of(errors_k: &[f64]) -> Self {
+    pub(in crate::study) fn of(errors_k: &[f64]) -> Self {
         let completed_k = errors_k.iter().copied().filter(|error_k| error_k.is_finite());
         let failed = errors_k.len() - completed_k.clone().count();
         Self { members: errors_k.len(), failed, temperature_k: completed_k.reduce(f64::max) }

@@ -246,7 +246,39 @@ pub(super) fn rows() -> Vec<VerificationRow> {
         let correlations = if members == MEMBERS[1] { correlation_rows(members, &sweeps) } else { Vec::new() };
         std::iter::once(sobol).chain(correlations)
     };
-    MEMBERS.into_iter().flat_map(rows).collect()
+    MEMBERS.into_iter().flat_map(rows).chain([correlated_row(MEMBERS[0])]).collect()
+}
+
+/// Correlation of the first two factors of [`partial_rank_coverage`].
+const CORRELATION: f64 = 0.7;
+/// Nearly linear: its partial correlations are near one.
+const NEARLY_LINEAR: Model = Model::OfFew("unequal sum", 3, |x| x[0] + 0.3 * x[1] + 0.02 * x[2]);
+
+/// Coverage of the partial rank correlations of each factor, of functions of three factors of which two are correlated.
+fn partial_rank_coverage(members: usize, seeds: u64) -> Vec<(&'static str, Vec<f64>)> {
+    let mut models = models(FACTORS);
+    models.push(&NEARLY_LINEAR);
+    let Ok(correlation) = Correlation::new(FACTORS, &[(0, 1, CORRELATION)]) else { return Vec::new() };
+    let exact = indices(&models, [REFERENCE_MEMBERS, FACTORS], &NORMAL, &correlation, seeds);
+    let sweep = |seed| indices(&models, [members, FACTORS], &NORMAL, &correlation, seed);
+    let sweeps: Vec<Vec<SensitivityIndices>> = (0..seeds).into_par_iter().map(sweep).collect();
+    let share = |at: usize, factor: usize| {
+        let of = |found: &SensitivityIndices| found.partial_rank_correlations[factor];
+        let truth = of(&exact[at]).value;
+        let held = sweeps.iter().filter(|found| (of(&found[at]).low..=of(&found[at]).high).contains(&truth)).count();
+        held as f64 / sweeps.len() as f64
+    };
+    let each = models.iter().enumerate();
+    each.map(|(at, model)| (model.name(), (0..FACTORS).map(|factor| share(at, factor)).collect())).collect()
+}
+
+/// The row of the function and factor with the least coverage.
+fn correlated_row(members: usize) -> VerificationRow {
+    let covered = partial_rank_coverage(members, SEEDS);
+    let each = covered.iter().map(|(name, shares)| (shares.iter().sum::<f64>() / shares.len() as f64, *name));
+    let name = "partial rank correlations";
+    let quantity = format!("two of three factors correlated by {CORRELATION}");
+    least_row(name, members, &quantity, each, CORRELATIONS_ALLOWED)
 }
 
 /// The row of the function whose intervals contain the truth least often.

@@ -97,12 +97,7 @@ pub(super) const ROWS: &[Row] = &[
         "--instruction-set \"nonesuch\": this processor has ",
     ),
     differs("*", "set", "", "--set f_q=1.05"),
-    refused(
-        "observations",
-        "limit-time",
-        "--limit-time 1s",
-        "--limit-time has no effect: observations are read",
-    ),
+    refused("observations", "limit-time", "--limit-time 1s", "--limit-time has no effect: observations are read"),
     differs("observations", "set", "", "--set observations.sigma=5K"),
     differs("*", "quiet", "", "--quiet"),
     // Sweeps.
