@@ -114,7 +114,7 @@ pub struct Importance {
 
 /// Estimated discretisation error of members of importance sampling, as [`SweepError`](super::uncertainty::SweepError).
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 #[non_exhaustive]
 pub struct ImportanceError {
     /// The design points.

@@ -26,7 +26,7 @@ pub struct Rank {
 
 /// A rank over the resamples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(serde::Serialize)]
 #[non_exhaustive]
 pub struct ResampledRank {
     /// Lowest and highest rank in the central 95 % of the resamples.
