@@ -109,15 +109,16 @@ fn serialize_text<S: Serializer>(text: Option<String>, serializer: S) -> Result<
     }
 }
 
-/// `value` in the first of the units in which its text is short and has exactly this value, else in the last.
+/// `value` in the first of the units in which its text has exactly this value and is about as short as in another.
 fn text_in(value: f64, dimension: Dimension, units: &[&str]) -> String {
     let texts = units.iter().map(|unit| {
         let scale = parse_quantity(&format!("1 {unit}"), dimension).unwrap_or(1.0);
         format!("{} {unit}", value / scale)
     });
     let exact: Vec<String> = texts.filter(|text| parse_quantity(text, dimension) == Ok(value)).collect();
-    let shortest = exact.into_iter().reduce(|best, text| if text.len() < best.len() { text } else { best });
-    shortest.unwrap_or_else(|| format!("{value:?} {}", units.last().copied().unwrap_or_default()))
+    let shortest = exact.iter().map(String::len).min().unwrap_or(0);
+    let short = exact.into_iter().find(|text| text.len() <= shortest + 2);
+    short.unwrap_or_else(|| format!("{value:?} {}", units.last().copied().unwrap_or_default()))
 }
 
 /// A module for values of one dimension: `parse` and `range` for the command line, the others for `serde(with)`.

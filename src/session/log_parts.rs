@@ -13,8 +13,8 @@ use crate::study::log_part::{LogPart, PartialLog};
 use std::ops::Range;
 
 impl Session {
-    /// Some minimisations of an estimate: [`rounds`](question::Estimate::rounds) has their numbers. Those with priors need
-    /// all of the data alone, which are taken from `earlier` or repeated.
+    /// Some minimisations of an estimate: [`rounds`](question::Estimate::rounds) has their numbers. Those with priors
+    /// need all of the data alone, which are taken from `earlier` or repeated.
     ///
     /// # Errors
     /// As [`estimate`](Self::estimate), and when there are no such minimisations.

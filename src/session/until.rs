@@ -11,8 +11,8 @@ use crate::study::simultaneous_band::Envelope;
 use crate::study::uncertainty::{Sweep, SweepStatistics, failure_reason};
 
 impl Session {
-    /// Sample until the 95 % confidence interval of a percentile or of a probability has its half-width, or
-    /// all members of the question are drawn. The answers also have the sweep that was drawn; for a rare probability, which is
+    /// Sample until the 95 % confidence interval of a percentile or of a probability has its half-width, or all members
+    /// of the question are drawn. The answers also have the sweep that was drawn; for a rare probability, which is
     /// computed by importance sampling, there is none.
     ///
     /// # Errors

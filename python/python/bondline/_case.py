@@ -438,9 +438,9 @@ class Case:
         progress
             As in :meth:`march`.
         options
-            Options of the command ``bondline uncertainty``: ``seed``, ``sampling``, ``sampling_bounds``, ``depth_profiles``, and ``until``, such as
-            ``"TC4 P99 ± 2 K"`` or ``"P(TC4 > 623 K) ± 10 %"``, which draws at most ``n`` members:
-            :attr:`Uncertainty.precision_reached`.
+            Options of the command ``bondline uncertainty``: ``seed``, ``sampling``, ``sampling_bounds``,
+            ``depth_profiles``, and ``until``, such as ``"TC4 P99 ± 2 K"`` or ``"P(TC4 > 623 K) ± 10 %"``, which draws
+            at most ``n`` members: :attr:`Uncertainty.precision_reached`.
         """
         if keep not in (None, "members"):
             raise ValueError(f"keep: expected 'members' or None, found {keep!r}")
@@ -526,8 +526,8 @@ class Case:
 
         Options are those of the command ``bondline design``: ``criterion``, ``worst=True``, ``target``, ``grid``,
         ``least_distance="0.5 mm"``, ``position_tolerance``, ``sampling``, ``noise``, ``correlation_time="5 s"``,
-        ``run_lengths=["60s", "200s"]``, ``others=["cases/second"]``, ``seed`` and ``sampling_bounds``. Noise that is not
-        stated is that of the residuals of the case, and factors are those that it estimates.
+        ``run_lengths=["60s", "200s"]``, ``others=["cases/second"]``, ``seed`` and ``sampling_bounds``. Noise that is
+        not stated is that of the residuals of the case, and factors are those that it estimates.
         """
         factors = None if estimate is None else list(estimate)
         return self._ask(Design, "design", options, progress, estimate=factors, sensors=sensors, members=n)

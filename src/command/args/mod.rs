@@ -155,7 +155,8 @@ pub enum Command {
     #[command(
         after_long_help = examples::TWIN,
         mut_arg("out", |out| out.help(
-            "CSV file for the observations, or folder for the report of a study [default: measured.csv, out/<case>/twin]"
+            "CSV file for the observations, or folder for the report of a study [default: measured.csv, \
+             out/<case>/twin]"
         )),
         mut_arg("force", |force| force.help(
             "Overwrite an existing file, or a folder that holds the report of another case"

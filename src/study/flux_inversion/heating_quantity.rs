@@ -19,7 +19,7 @@ pub enum HeatingQuantity {
 
 impl HeatingQuantity {
     /// Every quantity that can be estimated.
-    const ALL: [Self; 3] = [Self::Flux, Self::RadiantFlux, Self::Gas];
+    pub const ALL: [Self; 3] = [Self::Flux, Self::RadiantFlux, Self::Gas];
 
     /// The value of `--quantity`.
     pub fn name(self) -> &'static str {
