@@ -114,7 +114,6 @@ const LONG_LINES: &[(&str, &str)] = &[
     (".csv", "tables: one row per line"),
     (".svg", "generated figures"),
     ("src/report/html/vendor/", "a vendored script"),
-    ("src/report/vector/glyphs.txt", "a table: one glyph per line"),
     ("LICENSE-MIT", "the text of the licence"),
 ];
 

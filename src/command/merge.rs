@@ -22,8 +22,7 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     print_renamed_keys(answers.case.renamed_keys());
     let id = answers.case.id();
     let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
-    let mut folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;
-    folder.set_figure_formats(convert::figure_formats(&merge.format));
+    let folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;
     let files = answers.report(&folder)?;
     print_renamed_files(&folder);
     let text = output_text(&files, merge.json, || Ok(answers.summary()))?;

@@ -57,9 +57,7 @@ impl Run {
         id: &str,
         resume: Option<&ResumeArgs>,
     ) -> Result<Self, Failure> {
-        let mut folder =
-            OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
-        folder.set_figure_formats(convert::figure_formats(&args.format));
+        let folder = OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
         let resumable = resume.map(|resume| Resumable::open(command, folder.checkpoint(), args, resume)).transpose()?;
         let progress = MarchProgress::new(args.march.quiet);
         let cancel = token_of_signals();

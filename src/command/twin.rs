@@ -80,7 +80,6 @@ pub(crate) fn coverage_study(
         out: args.out.clone(),
         force: args.force,
         json: args.json,
-        format: args.format.clone(),
         limit_time: args.limit_time.clone(),
         march: args.march.clone(),
     };

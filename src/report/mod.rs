@@ -35,10 +35,7 @@ mod svg;
 pub mod terminal;
 mod trade;
 mod uncertainty;
-mod vector;
 mod warnings;
-
-pub use vector::FigureFormat;
 
 use crate::case::Case;
 use crate::march::Backend;
@@ -176,8 +173,8 @@ fn backend_text(backend: &Backend) -> String {
     format!("{} {}, {}", backend.kind, backend.precision.name(), backend.name)
 }
 
-/// Write the report into a folder: `report.html`, `figures/*.svg` and the other formats of the folder, the tables, and
-/// last `summary.json`.
+/// Write the report into a folder: `report.html`, `figures/*.svg`, the tables, and last
+/// `summary.json`.
 ///
 /// An error leaves the folder unchanged: a complete report takes the place of the earlier one.
 ///
@@ -194,9 +191,6 @@ pub fn write(answers: &Answers, folder: &OutputFolder) -> Result<Vec<PathBuf>, R
     let mut files: Vec<(String, Vec<u8>)> = tables::all(answers)?;
     for ((_, figure), still) in figures.iter().zip(&stills) {
         files.push((format!("figures/{}.svg", figure.id), still.as_bytes().to_vec()));
-        for format in folder.figure_formats() {
-            files.push((format!("figures/{}.{}", figure.id, format.ending()), format.file(still)));
-        }
     }
     files.push(("report.html".to_owned(), Vec::new()));
     let names: Vec<String> = files.iter().map(|(name, _)| name).chain(folder.reserved()).cloned().collect();

@@ -77,16 +77,6 @@ pub enum DerivativeArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FormatArg {
-    /// Vector graphics for browsers
-    Svg,
-    /// Vector graphics for documents
-    Pdf,
-    /// Pixels, 1,800 by 1,040
-    Png,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum KeepArg {
     /// Factors, status and peak temperatures
     Members,

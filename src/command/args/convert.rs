@@ -3,7 +3,7 @@
 use crate::case::unit::{Dimension, parse_quantity};
 use crate::case::{Bounds, Case, LossFunction};
 use crate::command::args::{
-    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DesignArgs, FitArgs, FormatArg, HistoryArgs, MarchArgs,
+    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DesignArgs, FitArgs, HistoryArgs, MarchArgs,
     MinimiserArg, ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, RequirementArgs, SamplingArg,
     SizeArgs, SweepArgs, TradeArgs, TwinArgs,
 };
@@ -14,7 +14,6 @@ use crate::fit::DampingStrategy;
 use crate::fit::optimal_design::{Criterion, Robustness};
 use crate::march::Precision;
 use crate::march::backend_selection::{BackendKind, BackendOptions};
-use crate::report::FigureFormat;
 use crate::session::{
     Derivatives, DesignOptions, FitOptions, HistoryOptions, InstructionSet, ObservationSelection, Options, PlanCache,
     PlyChoice, SensitivityOptions, SizeOptions, Start, TradeOptions, TwinStudyOptions, UncertaintyOptions,
@@ -58,12 +57,6 @@ fn instruction_set(name: &str) -> Result<InstructionSet, Failure> {
         let names: Vec<&str> = available.iter().map(|one| one.name()).collect();
         input(format!("--instruction-set {name:?}: this processor has {}", names.join(", ")))
     })
-}
-
-/// The formats of figures beside SVG.
-pub fn figure_formats(formats: &[FormatArg]) -> Vec<FigureFormat> {
-    let others = [(FormatArg::Pdf, FigureFormat::Pdf), (FormatArg::Png, FigureFormat::Png)];
-    others.into_iter().filter(|(given, _)| formats.contains(given)).map(|(_, format)| format).collect()
 }
 
 pub fn bounds(bounds: BoundsArg) -> Bounds {

@@ -19,7 +19,7 @@ mod sweep;
 mod twin;
 
 pub use choices::{
-    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DirectionArg, FormatArg, KeepArg, MinimiserArg, OutsideArg,
+    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DirectionArg, KeepArg, MinimiserArg, OutsideArg,
     PatoHeatArg, PrecisionArg, PriorArg, SamplingArg, TemplateArg,
 };
 pub use design::DesignArgs;
@@ -92,7 +92,7 @@ pub enum Command {
         #[arg(
             long = "members",
             value_name = "A..B",
-            conflicts_with_all = ["json", "max_failed", "depth_profiles", "format"]
+            conflicts_with_all = ["json", "max_failed", "depth_profiles"]
         )]
         part: Option<String>,
         /// Run only piece K of N equal ones, from 1, unless its file is there; in a Slurm job array N is enough
@@ -295,9 +295,6 @@ pub struct CaseArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
-    /// Formats of the figures, as svg,pdf,png; SVG is always written [default: svg]
-    #[arg(long, value_enum, value_delimiter = ',')]
-    pub format: Vec<FormatArg>,
     /// End after this time, such as "2 h": a sweep with the members so far, other studies without an answer
     #[arg(long, value_name = "TIME")]
     pub limit_time: Option<String>,

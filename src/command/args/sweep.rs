@@ -1,6 +1,6 @@
 //! Options of Monte Carlo sweeps, of their merging, and of sizing.
 
-use super::{BoundsArg, FormatArg, SamplingArg};
+use super::{BoundsArg, SamplingArg};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -31,7 +31,7 @@ pub struct MergeArgs {
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
     /// List the members that no part has, and write no report
-    #[arg(long, conflicts_with_all = ["case", "out", "force", "json", "max_failed", "format"])]
+    #[arg(long, conflicts_with_all = ["case", "out", "force", "json", "max_failed"])]
     pub missing: bool,
     /// Path of the case, if it has moved since the parts were computed
     #[arg(long)]
@@ -45,9 +45,6 @@ pub struct MergeArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
-    /// Formats of the figures, as svg,pdf,png; SVG is always written [default: svg]
-    #[arg(long, value_enum, value_delimiter = ',')]
-    pub format: Vec<FormatArg>,
     /// Maximum number of failed members before exit code 1 [default: 1 % of all]
     #[arg(long)]
     pub max_failed: Option<usize>,

@@ -1,6 +1,6 @@
 //! Options of `twin`.
 
-use super::{FormatArg, MarchArgs};
+use super::MarchArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -33,9 +33,6 @@ pub struct TwinArgs {
     /// End a study after this time, such as "2 h", with the data sets so far
     #[arg(long, value_name = "TIME", requires = "study")]
     pub limit_time: Option<String>,
-    /// Formats of the figures of a study, as svg,pdf,png; SVG is always written [default: svg]
-    #[arg(long, value_enum, value_delimiter = ',', requires = "study")]
-    pub format: Vec<FormatArg>,
     /// Print the summary of a study as JSON
     #[arg(long, requires = "study")]
     pub json: bool,

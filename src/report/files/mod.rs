@@ -14,7 +14,7 @@ mod temporary;
 
 pub use members::{MemberRow, MembersFile, TracesFile};
 
-use super::{FigureFormat, ReportError};
+use super::ReportError;
 use crate::case::Case;
 use crate::study::twin::SyntheticData;
 use lock::{PathLock, Sharing};
@@ -35,7 +35,6 @@ pub struct OutputFolder {
     staged: TemporaryPath,
     /// Names of the files written apart from the report.
     reserved: Vec<String>,
-    figure_formats: Vec<FigureFormat>,
     /// Whether files of the user may be overwritten.
     force: bool,
     /// Files of the user that got another name, with it.
@@ -119,17 +118,7 @@ impl OutputFolder {
         let place = Place::open(path, case, force)?;
         let lock = place.lock(Sharing::Exclusive)?;
         let staged = TemporaryPath::new_in(&place.workspace);
-        let (reserved, figure_formats, renamed) = (Vec::new(), Vec::new(), RefCell::default());
-        Ok(Self { staged, reserved, figure_formats, force, renamed, _lock: lock, place })
-    }
-
-    /// Write figures in these formats too, beside SVG.
-    pub fn set_figure_formats(&mut self, formats: Vec<FigureFormat>) {
-        self.figure_formats = formats;
-    }
-
-    pub(super) fn figure_formats(&self) -> &[FigureFormat] {
-        &self.figure_formats
+        Ok(Self { staged, reserved: Vec::new(), force, renamed: RefCell::default(), _lock: lock, place })
     }
 
     /// Path of a file that is written during the study, such as `members.parquet`. It gets its place in the folder with

@@ -9,11 +9,8 @@ pub(super) fn table_of(files: &[String]) -> String {
     let is_figure = |name: &&String| name.starts_with(FIGURES);
     let mut rows: Vec<Vec<String>> =
         files.iter().filter(|name| !is_figure(name)).map(|name| row(name, meaning(name))).collect();
-    for ending in ["svg", "pdf", "png"] {
-        if files.iter().any(|name| name.starts_with(FIGURES) && name.ends_with(ending)) {
-            let name = format!("{FIGURES}*.{ending}");
-            rows.push(row(&name, meaning(&name)));
-        }
+    if files.iter().any(|name| name.starts_with(FIGURES)) {
+        rows.push(row("figures/*.svg", meaning("figures/*.svg")));
     }
     rows.push(row("summary.json", meaning("summary.json")));
     table("Files of this report", &["File", "Meaning"], &rows)
@@ -73,9 +70,8 @@ mod tests {
         let answers = fixture::outcomes().answers("study");
         let tables = tables::all(&answers).expect("the tables of the fixture");
         assert!(tables.len() > 10);
-        let others = ["report.html", "summary.json", "members.parquet", "traces.parquet"].into_iter();
-        let figures = ["figures/*.svg", "figures/*.pdf", "figures/*.png"];
-        let others = others.chain(figures).chain(["residuals-lcat-2330.csv", "traces-lcat-2330.csv"]);
+        let others = ["report.html", "figures/*.svg", "summary.json", "members.parquet", "traces.parquet"];
+        let others = others.into_iter().chain(["residuals-lcat-2330.csv", "traces-lcat-2330.csv"]);
         for name in tables.iter().map(|(name, _)| name.as_str()).chain(others) {
             let found = meaning(name).unwrap_or_else(|| panic!("docs/reference/outputs.md does not describe {name}"));
             assert!(found.len() > 20 && !found.contains(['`', '[', '|']), "{name}: {found}");
