@@ -103,6 +103,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("parquet", &["src/report/files/"]),
     ("plotters", &["src/report/svg/"]),
     ("rustix", &["src/report/files/"]),
+    ("strsim", &["src/case/suggestion.rs"]),
     ("textplots", &["src/report/braille.rs"]),
 ];
 

@@ -2,7 +2,7 @@
 
 use crate::command::args::{MergeArgs, convert};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
-use crate::command::run::{exit_reason, output_text, print_renamed_files, print_renamed_keys, too_many_failed};
+use crate::command::run::{exit_reason, output_text, print_renamed_files, too_many_failed};
 use crate::report::files::{OutputFolder, check_writable};
 use crate::session::{self, MissingMembers};
 use crate::study::sweep_piece::equal_piece;
@@ -19,7 +19,6 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     }
     let mut answers = session::merge(&files(&merge.parts)?, merge.case.as_deref())?;
     answers.run.command_line = Some(convert::command_line());
-    print_renamed_keys(answers.case.renamed_keys());
     let id = answers.case.id();
     let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
     let folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;

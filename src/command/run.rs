@@ -1,8 +1,7 @@
 //! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
-use crate::case::{Case, RenamedKey};
+use crate::case::Case;
 use crate::command::args::convert;
-use crate::command::args::renamed;
 use crate::command::args::{CaseArgs, MarchArgs, ResumeArgs};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
@@ -197,7 +196,6 @@ pub fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &MarchArgs)
 pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
     let case = Case::load_with(path, &convert::sets(&march.sets)?)?;
     if !march.quiet {
-        print_renamed_keys(case.renamed_keys());
         for note in case.unread_data() {
             print_error(&format!("note: {note}"));
         }
@@ -210,13 +208,6 @@ pub(crate) fn print_renamed_files(folder: &OutputFolder) {
     for (own, path) in folder.renamed() {
         let name = path.file_name().unwrap_or_default().display();
         print_error(&format!("note: {} is no file of a report and was kept as {name}", own.display()));
-    }
-}
-
-/// Print a note on every old name in a file.
-pub(crate) fn print_renamed_keys(renamed_keys: &[RenamedKey]) {
-    for key in renamed_keys {
-        print_error(&renamed::note(key));
     }
 }
 

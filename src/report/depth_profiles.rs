@@ -144,7 +144,6 @@ fn maximum(case: &Case, found: &DepthProfiles) -> Figure {
     layers.push(profile("nominal".to_owned(), Ink::Series(1), Stroke::Solid, &found.depths, nominal));
     Figure {
         id: "depth-profile-maximum".to_owned(),
-        paper_reference: String::new(),
         title: "Highest temperature through the thickness".to_owned(),
         caption: "Highest temperature over the whole exposure at every depth; each depth has it at a time of its own."
             .to_owned(),
@@ -173,7 +172,6 @@ fn over_time(case: &Case, found: &DepthProfiles) -> Figure {
     let air = 0.04 * (high - low).max(1.0);
     Figure {
         id: "depth-profile-time".to_owned(),
-        paper_reference: String::new(),
         title: "Temperature through the thickness over time".to_owned(),
         caption: format!(
             "Choose the time below the chart. The static image shows {}, when the layup is hottest.",
@@ -213,7 +211,6 @@ fn together(case: &Case, found: &DepthProfiles) -> Figure {
     layers.extend(some_instants(found, &found.depths, &found.nominal_k));
     Figure {
         id: "depth-profiles".to_owned(),
-        paper_reference: String::new(),
         title: "Nominal temperature through the thickness".to_owned(),
         caption: format!("At {}.", some_of_all(found)),
         x: depth_axis(case),
@@ -241,7 +238,6 @@ fn of_states(case: &Case, found: &DepthProfiles, states: &CellStates) -> Vec<Fig
         layers.extend(some_instants(found, &states.depths, &scaled));
         Figure {
             id: id.to_owned(),
-            paper_reference: String::new(),
             title: title.to_owned(),
             caption: format!(
                 "At {}, with nominal factors, at the nodes of the cells; depths and densities are those of the virgin \

@@ -5,8 +5,6 @@
 pub(super) struct Figure {
     /// Name of its file, without the extension.
     pub id: String,
-    /// The figure of the paper that it repeats, `as Figure 9 of the paper`; empty where there is none.
-    pub paper_reference: String,
     pub title: String,
     /// Caption: the result first, then the explanation of lines and colours.
     pub caption: String,

@@ -257,7 +257,6 @@ fn figure(answers: &Answers, outcome: &ObservationCheck) -> Figure {
     }
     Figure {
         id: "observations".to_owned(),
-        paper_reference: String::new(),
         title: "Observations as read".to_owned(),
         caption: format!("{} Samples before 0 s are kept out.", resampling(answers, outcome)),
         x: Axis::linear("Time, s").with_range(from_s, to_s),

@@ -334,7 +334,6 @@ fn figure(answers: &Answers, found: &PrecisionReached) -> Figure {
     let label = if is_percentile(found) { "Peak temperature, K" } else { "Probability, %" };
     Figure {
         id: "precision".to_owned(),
-        paper_reference: String::new(),
         title: format!("{} over the number of members", quantity_text(answers, found)),
         caption: format!("{} Sampling ends when the band lies between the dashed lines.", result(answers, found)),
         x: Axis::log("Members"),

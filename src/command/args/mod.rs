@@ -13,7 +13,6 @@ mod fit;
 mod history;
 mod import;
 mod init;
-pub mod renamed;
 mod resume;
 mod sweep;
 mod twin;
