@@ -101,7 +101,6 @@ const HOMES: &[(&str, &[&str])] = &[
     ("calamine", &["src/case/file/table_file/workbook.rs"]),
     ("zip", &["src/case/file/table_file/workbook.rs"]),
     ("parquet", &["src/report/files/"]),
-    ("plotters", &["src/report/svg/"]),
     ("rustix", &["src/report/files/"]),
     ("strsim", &["src/case/suggestion.rs"]),
     ("textplots", &["src/report/braille.rs"]),

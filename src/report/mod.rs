@@ -33,6 +33,7 @@ mod sequential_sampling;
 mod size;
 mod svg;
 pub mod terminal;
+mod ticks;
 mod trade;
 mod uncertainty;
 mod warnings;
@@ -83,14 +84,6 @@ pub enum ReportError {
         path: PathBuf,
         /// The error of the operating system.
         source: std::io::Error,
-    },
-    /// A figure cannot be drawn.
-    #[error("figure {id}: {message}")]
-    Figure {
-        /// Name of its file, without the extension.
-        id: String,
-        /// The error of the plotting library.
-        message: String,
     },
     /// A row of a table cannot be written.
     #[error("table {name}: {message}")]
@@ -179,15 +172,11 @@ fn backend_text(backend: &Backend) -> String {
 /// An error leaves the folder unchanged: a complete report takes the place of the earlier one.
 ///
 /// # Errors
-/// When a figure cannot be drawn or the folder cannot be written.
+/// When the folder cannot be written.
 pub fn write(answers: &Answers, folder: &OutputFolder) -> Result<Vec<PathBuf>, ReportError> {
     let began = Instant::now();
     let figures = figures::in_sections(answers);
-    let mut stills = Vec::with_capacity(figures.len());
-    for (_, figure) in &figures {
-        let still = svg::draw(figure).map_err(|message| ReportError::Figure { id: figure.id.clone(), message })?;
-        stills.push(still);
-    }
+    let stills: Vec<String> = figures.iter().map(|(_, figure)| svg::draw(figure)).collect();
     let mut files: Vec<(String, Vec<u8>)> = tables::all(answers)?;
     for ((_, figure), still) in figures.iter().zip(&stills) {
         files.push((format!("figures/{}.svg", figure.id), still.as_bytes().to_vec()));

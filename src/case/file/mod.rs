@@ -152,8 +152,8 @@ impl Material {
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
-        let material = document(path, &diagnostics)
-            .and_then(|root| material::material(root.reader(&diagnostics), file_id(path)));
+        let material =
+            document(path, &diagnostics).and_then(|root| material::material(root.reader(&diagnostics), file_id(path)));
         diagnostics.into_result(material)
     }
 
@@ -175,8 +175,7 @@ impl Gas {
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
-        let gas = document(path, &diagnostics)
-            .and_then(|root| gas::gas(root.reader(&diagnostics), file_id(path)));
+        let gas = document(path, &diagnostics).and_then(|root| gas::gas(root.reader(&diagnostics), file_id(path)));
         diagnostics.into_result(gas)
     }
 

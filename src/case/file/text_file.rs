@@ -15,11 +15,7 @@ pub(super) fn parse_toml_file(
 }
 
 /// Parse the text of a TOML file.
-pub(super) fn parse_toml(
-    text: &str,
-    label: &str,
-    diagnostics: &Diagnostics,
-) -> ReadResult<SpannedValue> {
+pub(super) fn parse_toml(text: &str, label: &str, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
     SpannedValue::parse_document(text, label, diagnostics)
 }
 

@@ -3,9 +3,9 @@
 use crate::case::unit::{Dimension, parse_quantity};
 use crate::case::{Bounds, Case, LossFunction};
 use crate::command::args::{
-    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DesignArgs, FitArgs, HistoryArgs, MarchArgs,
-    MinimiserArg, ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, RequirementArgs, SamplingArg,
-    SizeArgs, SweepArgs, TradeArgs, TwinArgs,
+    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DesignArgs, FitArgs, HistoryArgs, MarchArgs, MinimiserArg,
+    ObservationArgs, PosteriorArgs, PrecisionArg, PriorArg, ProfileArgs, RequirementArgs, SamplingArg, SizeArgs,
+    SweepArgs, TradeArgs, TwinArgs,
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::MarchProgress;

@@ -18,8 +18,8 @@ mod sweep;
 mod twin;
 
 pub use choices::{
-    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DirectionArg, KeepArg, MinimiserArg, OutsideArg,
-    PatoHeatArg, PrecisionArg, PriorArg, SamplingArg, TemplateArg,
+    BackendArg, BoundsArg, CriterionArg, DerivativeArg, DirectionArg, KeepArg, MinimiserArg, OutsideArg, PatoHeatArg,
+    PrecisionArg, PriorArg, SamplingArg, TemplateArg,
 };
 pub use design::DesignArgs;
 pub use fit::{FitArgs, ObservationArgs, PosteriorArgs};
