@@ -283,7 +283,7 @@ fn screen_summary_and_traces_agree_on_the_mass_lost_and_omit_it_without_decompos
     let (screen, summary, head, _) = predicted(&scratch);
     assert!(!screen.contains("Mass lost"), "{screen}");
     assert!(summary.get("gauges").is_none() && summary["balance"]["mass"].is_null(), "{summary:#}");
-    assert_eq!(head, "time_s,TC1_K,TC2_K");
+    assert_eq!(head, "time_s,TC1_k,TC2_k");
 
     scratch.write("c/case.toml", decomposing_case());
     let (screen, summary, head, end) = predicted(&scratch);

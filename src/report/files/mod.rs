@@ -1,6 +1,7 @@
 //! The output folder of a case. A report appears as a whole: it is built under a temporary name, and takes the place of
 //! the earlier one by one rename.
 
+pub(super) mod contents;
 pub(super) mod json;
 mod lock;
 pub mod members;
@@ -218,14 +219,14 @@ pub fn check_writable(folder: &Path) -> Result<(), ReportError> {
     temporary::check_writable(existing).map_err(io_error("making a file in", existing))
 }
 
-/// Write synthetic observations as a table that a case can read: `time_s`, then `TC1_K` … to a microkelvin.
+/// Write synthetic observations as a table that a case can read: `time_s`, then `TC1_k` … to a microkelvin.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write_observations(path: &Path, case: &Case, twin: &SyntheticData) -> Result<(), ReportError> {
     let mut text = String::from("time_s");
     for sensor in &case.sensors {
-        text += &format!(",{}_K", sensor.name);
+        text += &format!(",{}_k", sensor.name);
     }
     text.push('\n');
     for (instant, time_s) in twin.instants_s.iter().enumerate() {
