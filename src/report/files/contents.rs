@@ -6,10 +6,10 @@ use crate::report::{
     sequential_sampling, size, trade, uncertainty,
 };
 
-/// Files that are no tables, with their meanings.
+/// Files that are no tables, with their meanings; Markdown.
 const OTHERS: [(&str, &str); 4] = [
     ("report.html", "One page with interactive charts; it needs no network."),
-    ("figures/*.svg", "The charts of the page as vector graphics."),
+    ("figures/*.svg", "The charts of the page; [other formats](../how-to/convert-figures.md)."),
     ("design.toml", "The case file of the design of a test."),
     ("summary.json", "The numbers of the report as JSON."),
 ];
@@ -103,7 +103,7 @@ fn measured() -> Description {
 
 /// The meaning of a file as plain text; empty for a file of no report.
 pub(in crate::report) fn meaning(file: &str) -> String {
-    let other = OTHERS.iter().find(|(name, _)| *name == file).map(|(_, meaning)| (*meaning).to_owned());
+    let other = OTHERS.iter().find(|(name, _)| *name == file).map(|(_, meaning)| plain(meaning));
     other.unwrap_or_else(|| {
         let tables = tables();
         let of_file = tables.iter().find(|table| table.files.iter().any(|name| matches(name, file)));
@@ -187,6 +187,9 @@ mod tests {
             return;
         }
         assert_eq!(format!("## Tables\n{found}"), section(), "BONDLINE_BLESS=1 renews {path}");
+        for (name, meaning) in OTHERS {
+            assert!(before.contains(&format!("\n| `{name}` | {meaning} |\n")), "{name}: {meaning}");
+        }
         for line in section().lines() {
             assert!(line.chars().count() <= 120, "{line}");
         }
