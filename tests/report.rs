@@ -2,7 +2,7 @@
 
 use crate::browser::{console, result};
 use crate::cli::{CASE, OBSERVATIONS, decomposing_case, run};
-use crate::support::{Scratch, root, text};
+use crate::support::{Scratch, text};
 
 /// A phone, CSS pixels.
 const PHONE: u32 = 390;

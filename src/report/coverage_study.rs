@@ -192,7 +192,7 @@ pub(super) fn estimates_table<'a>() -> Table<EstimateRow<'a>> {
     fn of(row: &EstimateRow<'_>, part: fn(f64, (f64, f64)) -> f64) -> f64 {
         row.3.map_or(f64::NAN, |(value, interval)| part(value, interval))
     }
-    Table::new(
+    Table::<EstimateRow<'a>>::new(
         &["coverage.csv"],
         "One row per synthetic data set and factor (`twin --study`). The last four columns are empty where the fit failed.",
     )

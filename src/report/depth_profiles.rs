@@ -314,7 +314,7 @@ pub(super) struct ProfileRow<'a> {
 }
 
 pub(super) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
-    Table::new(
+    Table::<ProfileRow<'a>>::new(
         &["depth-profiles.csv"],
         "Temperatures through the thickness, one row per profile and depth (`--depth-profiles` of `predict`, \
          `uncertainty`, `study`). The depths are cell faces and nodes; an interface has two rows, one for each side. The \
@@ -363,7 +363,7 @@ fn profiles_file(case: &Case, found: &DepthProfiles) -> Result<NamedFile, Report
 type StateRow<'a> = (&'a DepthProfiles, &'a CellStates, usize, usize, &'a str);
 
 pub(super) fn states_table<'a>() -> Table<StateRow<'a>> {
-    Table::new(
+    Table::<StateRow<'a>>::new(
         &["state-profiles.csv"],
         "Density, char fraction and gas pressure through the thickness, one row per instant and cell, at nominal factors \
          (`--depth-profiles`, where plies decompose or gas moves). The values are those of the finer grid, without \

@@ -299,7 +299,7 @@ fn page(answers: &Answers, outcome: &ExperimentDesign) -> String {
 type DesignRow<'a> = (&'a Scenario, &'a Design);
 
 pub(super) fn designs_table<'a>() -> Table<DesignRow<'a>> {
-    Table::new(
+    Table::<DesignRow<'a>>::new(
         &["designs.csv"],
         "One row per design (`design`): of each exposure and run length the best ones, the best ones with fewer \
          thermocouples, and the thermocouples of the case.",
@@ -334,7 +334,7 @@ fn designs(outcome: &ExperimentDesign) -> impl Iterator<Item = DesignRow<'_>> {
 type InformationRow<'a> = (&'a ExperimentDesign, f64, usize, usize);
 
 pub(super) fn information_table<'a>() -> Table<InformationRow<'a>> {
-    Table::new(
+    Table::<InformationRow<'a>>::new(
         &["information.csv"],
         "One row per candidate depth and instant of the best exposure, at nominal factors (`design`).",
     )

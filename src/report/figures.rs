@@ -1,7 +1,7 @@
 //! All figures of a report, and functions that several results share.
 
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use super::{format, reportable};
+use super::reportable;
 use crate::case::{Case, Observation};
 use crate::study::answers::Answers;
 

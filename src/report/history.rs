@@ -297,7 +297,7 @@ fn on_screen(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
 
 /// Time and value of the recovered schedule.
 pub(super) fn schedule_table() -> Table<(f64, f64)> {
-    Table::new(
+    Table::<(f64, f64)>::new(
         &["history.csv"],
         "The recovered heating (`history`), a schedule that a case file can read. One of the last three columns exists.",
     )
@@ -315,7 +315,7 @@ pub(super) fn band_table<'a>() -> Table<KnotRow<'a>> {
         let (value, half) = (outcome.values[*knot], outcome.half_widths[*knot]);
         vec![(value - half).max(outcome.least_value), value + half]
     }
-    Table::new(
+    Table::<KnotRow<'a>>::new(
         &["history-band.csv"],
         "One row per knot (`history`), with the columns of the recovered quantity. The interval is one for the true value: \
          it has noise, regularisation bias and discretisation error. Of all knots of a history 95 % are held on average, \

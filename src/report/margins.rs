@@ -278,7 +278,7 @@ impl PartRow<'_> {
 }
 
 pub(super) fn parts_table<'a>() -> Table<PartRow<'a>> {
-    Table::new(
+    Table::<PartRow<'a>>::new(
         &["margins.csv"],
         "One row per temperature limit (`predict`, `uncertainty`, `study`, `merge`, if the case states any): plies and \
          interfaces from the hot face down, then sensors. Plies without a limit follow, with their nominal peak alone. \

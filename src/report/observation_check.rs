@@ -338,7 +338,7 @@ pub(super) fn channels_table<'a>() -> Table<ChannelRow<'a>> {
     fn interval((_, channel): &ChannelRow<'_>, place: usize) -> f64 {
         channel.interval_s.map_or(f64::NAN, |interval_s| interval_s[place])
     }
-    Table::new(
+    Table::<ChannelRow<'a>>::new(
         &["observations.csv"],
         "One row per observed sensor (`observations`). Empty cells are numbers that a channel of few samples does not \
          have.",
@@ -373,7 +373,7 @@ pub(super) fn channels_table<'a>() -> Table<ChannelRow<'a>> {
 const FLAGS: &str = "{gap,spike,stuck,open,noisy,drift}";
 
 pub(super) fn flags_table<'a>() -> Table<(&'a str, &'a Flag)> {
-    Table::new(&["flags.csv"], "One row per flag (`observations`).")
+    Table::<(&'a str, &'a Flag)>::new(&["flags.csv"], "One row per flag (`observations`).")
         .text("sensor", "Sensor.", |row| row.0.to_owned())
         .text("flag", "Kind, as the last columns of `observations.csv`.", |row| row.1.kind.name().to_owned())
         .numbers("{from,to}_s", "s", "First and last time.", |row| vec![row.1.from_s, row.1.to_s])

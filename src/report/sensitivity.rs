@@ -159,7 +159,7 @@ fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &ScreenLimits
 type SensitivityRow<'a> = (&'a str, f64, Vec<f64>);
 
 pub(super) fn sensitivities_table<'a>() -> Table<SensitivityRow<'a>> {
-    Table::new(
+    Table::<SensitivityRow<'a>>::new(
         &["sensitivities.csv"],
         "Derivatives of the temperatures, one row per sensor and instant (`sensitivity`, `study`).",
     )

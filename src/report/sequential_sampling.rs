@@ -16,7 +16,7 @@ use crate::study::sequential_sampling::{
 use serde::Serialize;
 
 pub(super) fn looks_table<'a>() -> Table<&'a Look> {
-    Table::new(
+    Table::<&'a Look>::new(
         &["looks.csv"],
         "One row per look at the interval (`uncertainty --until`). Ends of the interval are empty where there are too few \
          members.",

@@ -357,7 +357,7 @@ fn on_screen(answers: &Answers, outcome: &Sizing) -> Vec<String> {
 type ThicknessRow<'a> = (&'a Sizing, &'a PeakCurvePoint);
 
 pub(super) fn peaks_table<'a>() -> Table<ThicknessRow<'a>> {
-    Table::new(&["sizing.csv"], "One row per thickness that was marched (`size`).")
+    Table::<ThicknessRow<'a>>::new(&["sizing.csv"], "One row per thickness that was marched (`size`).")
         .number("thickness_m", "m", "Thickness of the ply.", |row| row.1.thickness_m)
         .number("nominal_k", "K", "Peak temperature at nominal factors.", |row| row.1.nominal.temperature_k)
         .numbers("p{2.5,50,97.5}_k", "K", "Percentiles of the peak temperature over the members.", |row| {
@@ -372,7 +372,7 @@ pub(super) fn peaks_table<'a>() -> Table<ThicknessRow<'a>> {
 type MemberRow<'a> = (&'a Sizing, usize, f64);
 
 pub(super) fn members_table<'a>() -> Table<MemberRow<'a>> {
-    Table::new(&["required-thickness.csv"], "One row per member (`size`), in ascending order.")
+    Table::<MemberRow<'a>>::new(&["required-thickness.csv"], "One row per member (`size`), in ascending order.")
         .number("thickness_m", "m", "Thickness that the member requires.", |row| row.2)
         .number("cumulative_share", "–", "Share of the members that require no more.", |row| {
             (row.1 + 1) as f64 / row.0.members as f64

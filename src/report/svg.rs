@@ -1,11 +1,13 @@
 //! A figure as a static SVG image: its layers as shapes at positions in pixels, which `shapes` writes.
 
+mod clip;
 mod corner;
 mod layers;
 mod shapes;
 
 use super::figure::{Axis, Colour, Figure, Layer, Scale};
 use super::{format, ticks};
+use clip::Frame;
 use shapes::{Anchor, Point, Shape, Text};
 
 /// Size of the image, pixels.
@@ -122,6 +124,11 @@ impl Plot {
 
     fn at(&self, x: f64, y: f64) -> Point {
         (self.x.position(x), self.y.position(y))
+    }
+
+    fn frame(&self) -> Frame {
+        let ((left, right), (bottom, top)) = (self.x.positions, self.y.positions);
+        Frame { left, right, top, bottom }
     }
 
     fn draw_axes(&self, figure: &Figure, shapes: &mut Vec<Shape>) {

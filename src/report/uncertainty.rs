@@ -325,7 +325,7 @@ fn instants<'a>(case: &'a Case, outcome: &'a Uncertainty) -> impl Iterator<Item 
 }
 
 pub(super) fn percentiles_table<'a>() -> Table<InstantRow<'a>> {
-    Table::new(
+    Table::<InstantRow<'a>>::new(
         &["percentiles.csv"],
         "One row per sensor and instant (`uncertainty`, `study`, `merge`): statistics over the members.",
     )
@@ -346,7 +346,7 @@ pub(super) fn percentiles_table<'a>() -> Table<InstantRow<'a>> {
 }
 
 pub(super) fn shares_table<'a>() -> Table<InstantRow<'a>> {
-    fn of(row: &InstantRow<'_>) -> &SensitivityIndices {
+    fn of<'r>(row: &InstantRow<'r>) -> &'r SensitivityIndices {
         &row.1.indices[row.3]
     }
     fn values(intervals: &[ConfidenceInterval]) -> Vec<f64> {
@@ -356,7 +356,7 @@ pub(super) fn shares_table<'a>() -> Table<InstantRow<'a>> {
         let (low, high) = (intervals.iter().map(|of| of.low), intervals.iter().map(|of| of.high));
         low.chain(high).collect()
     }
-    Table::new(
+    Table::<InstantRow<'a>>::new(
         &["shares.csv"],
         "One row per sensor and instant (`uncertainty`, `study`, `merge`): sensitivity indices of the temperature.",
     )
@@ -389,7 +389,7 @@ pub(super) fn shares_table<'a>() -> Table<InstantRow<'a>> {
 type PairRow<'a> = (&'a str, &'static str, [&'a str; 2], ConfidenceInterval);
 
 pub(super) fn second_order_table<'a>() -> Table<PairRow<'a>> {
-    Table::new(
+    Table::<PairRow<'a>>::new(
         &["second-order.csv"],
         "Interactions of pairs of factors, one row per sensor, quantity and pair (`uncertainty`, `study`, `merge`; not \
          for correlated factors).",

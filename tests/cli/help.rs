@@ -1,7 +1,7 @@
 //! `--help`, completions, manual pages and old option names.
 
-use super::{CASE, OBSERVATIONS, command, run, wait_for};
-use crate::support::{Scratch, root, without_run};
+use super::{command, run, wait_for};
+use crate::support::{Scratch, root};
 
 /// A command and all subcommands under it, with their help.
 fn helps(scratch: &Scratch, words: &str) -> Vec<(String, String)> {

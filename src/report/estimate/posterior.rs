@@ -15,7 +15,7 @@ use crate::report::files::table::{NamedFile, Names, Table};
 use crate::report::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::estimate::{Estimand, ParameterEstimates};
-use crate::study::posterior::{Posterior, PosteriorMarginal, PosteriorPredictive, SensorPredictive};
+use crate::study::posterior::{Posterior, PosteriorMarginal, PosteriorPredictive, PredictiveBand, SensorPredictive};
 
 /// Settings and convergence of the Markov chains.
 pub(super) fn mcmc_summary(outcome: &Posterior) -> String {
@@ -220,7 +220,7 @@ pub(super) fn tables(
 }
 
 pub(in crate::report) fn samples_table<'a>() -> Table<&'a [f64]> {
-    Table::new(&["posterior.csv"], "One row per posterior sample (`estimate --posterior`).").numbers(
+    Table::<&'a [f64]>::new(&["posterior.csv"], "One row per posterior sample (`estimate --posterior`).").numbers(
         "<factor>",
         "–",
         "Value of the factor.",
@@ -232,7 +232,7 @@ pub(in crate::report) fn samples_table<'a>() -> Table<&'a [f64]> {
 type ChainRow = (usize, usize, Vec<f64>);
 
 pub(in crate::report) fn chains_table() -> Table<ChainRow> {
-    Table::new(
+    Table::<ChainRow>::new(
         &["chains.csv"],
         "Markov chains of a posterior, one row per walker and iteration (`estimate --posterior`): at most 8 walkers and \
          500 iterations of each, with the burn-in.",
@@ -257,7 +257,7 @@ pub(in crate::report) fn predictive_table<'a>() -> Table<PredictiveRow<'a>> {
     fn at(band: &PredictiveBand, instant: usize) -> Vec<f64> {
         vec![band.low_k[instant], band.median_k[instant], band.high_k[instant]]
     }
-    Table::new(
+    Table::<PredictiveRow<'a>>::new(
         &["predictive.csv", "predictive-<case>.csv"],
         "One row per sensor and instant (`estimate --posterior`): posterior predictive percentiles.",
     )

@@ -36,7 +36,7 @@ pub(super) fn all(answers: &Answers, outcome: &ParameterEstimates) -> Result<Vec
 type ResidualRow<'a> = (&'a str, f64, f64);
 
 pub(in crate::report) fn residuals_table<'a>() -> Table<ResidualRow<'a>> {
-    Table::new(
+    Table::<ResidualRow<'a>>::new(
         &["residuals.csv", "residuals-<case>.csv", "history-residuals.csv"],
         "Misfit of an estimate, one row per sample (`estimate`, `study`, `history`).",
     )
@@ -46,25 +46,28 @@ pub(in crate::report) fn residuals_table<'a>() -> Table<ResidualRow<'a>> {
 }
 
 fn residuals<'a>(case: &'a Case, fitted: &'a CaseFit) -> impl Iterator<Item = ResidualRow<'a>> {
-    fitted.sensors.iter().zip(&fitted.residuals).flat_map(|(&sensor, (times_s, residuals_k))| {
+    fitted.sensors.iter().zip(&fitted.residuals).flat_map(move |(&sensor, (times_s, residuals_k))| {
         let samples = times_s.iter().zip(residuals_k);
         samples.map(move |(&time_s, &residual_k)| (case.sensors[sensor].name.as_str(), time_s, residual_k))
     })
 }
 
 pub(in crate::report) fn iterations_table<'a>() -> Table<(usize, &'a Iteration)> {
-    Table::new(&["iterations.csv"], "Path of an estimate, one row per iteration (`estimate`, `study`).")
-        .number("iteration", "–", "Number of the iteration; 0 is the start.", |row| row.0 as f64)
-        .numbers("<factor>", "–", "Value of the factor.", |row| row.1.values.clone())
-        .number("objective", "–", "Objective: weighted sum of squares, with loss and prior.", |row| row.1.objective)
-        .number("damping", "–", "Levenberg–Marquardt damping.", |row| row.1.damping)
+    Table::<(usize, &'a Iteration)>::new(
+        &["iterations.csv"],
+        "Path of an estimate, one row per iteration (`estimate`, `study`).",
+    )
+    .number("iteration", "–", "Number of the iteration; 0 is the start.", |row| row.0 as f64)
+    .numbers("<factor>", "–", "Value of the factor.", |row| row.1.values.clone())
+    .number("objective", "–", "Objective: weighted sum of squares, with loss and prior.", |row| row.1.objective)
+    .number("damping", "–", "Levenberg–Marquardt damping.", |row| row.1.damping)
 }
 
 /// The profiled factor, a point of its profile, and the rise of the objective.
 type ProfileRow<'a> = (&'a str, &'a [f64], f64);
 
 pub(in crate::report) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
-    Table::new(&["profiles.csv"], "One row per point of a profile likelihood (`estimate --profile`).")
+    Table::<ProfileRow<'a>>::new(&["profiles.csv"], "One row per point of a profile likelihood (`estimate --profile`).")
         .text("profiled_factor", "The factor that is held at its value in this row.", |row| row.0.to_owned())
         .numbers("<factor>", "–", "Value of the factor; all but the profiled one are optimised.", |row| {
             row.1.to_vec()
@@ -84,14 +87,17 @@ fn profiles(outcome: &ParameterEstimates) -> impl Iterator<Item = ProfileRow<'_>
 type NodeRow<'a> = (&'a Landscape, usize, usize);
 
 pub(in crate::report) fn landscape_table<'a>() -> Table<NodeRow<'a>> {
-    Table::new(&["landscape.csv"], "The objective over two factors, where two are estimated (`estimate`, `study`).")
-        .numbers("<factor>", "–", "Value of the factor.", |(map, line, node)| {
-            vec![map.x[*line][*node], map.y[*line][*node]]
-        })
-        .number("objective", "–", "Objective.", |(map, line, node)| map.objective[*line][*node])
-        .number("is_line_minimum", "–", "1 at the minimum of each line of the map, else 0.", |(map, _, node)| {
-            f64::from(u8::from(*node == map.valley))
-        })
+    Table::<NodeRow<'a>>::new(
+        &["landscape.csv"],
+        "The objective over two factors, where two are estimated (`estimate`, `study`).",
+    )
+    .numbers("<factor>", "–", "Value of the factor.", |(map, line, node)| {
+        vec![map.x[*line][*node], map.y[*line][*node]]
+    })
+    .number("objective", "–", "Objective.", |(map, line, node)| map.objective[*line][*node])
+    .number("is_line_minimum", "–", "1 at the minimum of each line of the map, else 0.", |(map, _, node)| {
+        f64::from(u8::from(*node == map.valley))
+    })
 }
 
 fn nodes(map: &Landscape) -> impl Iterator<Item = NodeRow<'_>> {

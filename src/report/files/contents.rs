@@ -104,11 +104,17 @@ fn measured() -> Description {
 /// The meaning of a file as plain text; empty for a file of no report.
 pub(in crate::report) fn meaning(file: &str) -> String {
     let other = OTHERS.iter().find(|(name, _)| *name == file).map(|(_, meaning)| plain(meaning));
-    other.unwrap_or_else(|| {
-        let tables = tables();
-        let of_file = tables.iter().find(|table| table.files.iter().any(|name| matches(name, file)));
-        of_file.map_or(String::new(), |table| plain(table.rows))
-    })
+    other.unwrap_or_else(|| table_of(file).map_or(String::new(), |table| plain(table.rows)))
+}
+
+/// Name, unit and meaning of every column of a file as plain text; none for a file that is no table.
+pub(in crate::report) fn columns(file: &str) -> Vec<[String; 3]> {
+    let columns = table_of(file).map_or(Vec::new(), |table| table.columns);
+    columns.into_iter().map(|column| [column.name.to_owned(), column.unit.to_owned(), plain(column.meaning)]).collect()
+}
+
+fn table_of(file: &str) -> Option<Description> {
+    tables().into_iter().find(|table| table.files.iter().any(|name| matches(name, file)))
 }
 
 /// Whether a name fits a pattern, in which `<case>` stands for the name of a case.

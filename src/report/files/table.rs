@@ -193,7 +193,7 @@ mod tests {
     }
 
     fn table() -> Table<(&'static str, [f64; 4])> {
-        Table::new(&["a.csv", "a-<case>.csv"], "One row per name.")
+        Table::<(&'static str, [f64; 4])>::new(&["a.csv", "a-<case>.csv"], "One row per name.")
             .text("name", "Name.", |row| row.0.to_owned())
             .numbers("<factor>_{low,high}", "–", "Interval.", |row| row.1.to_vec())
             .number("first_k", "K", "The first number.", |row| row.1[0])

@@ -35,7 +35,7 @@ pub(super) fn traces_table<'a>() -> Table<TraceRow<'a>> {
     fn temperatures(march: &Prediction, instant: usize) -> Vec<f64> {
         march.temperatures_k.iter().map(|trace| trace[instant]).collect()
     }
-    Table::new(
+    Table::<TraceRow<'a>>::new(
         &["traces.csv", "traces-<case>.csv"],
         "Temperatures over time, one row per instant (every command that marches a nominal case). The columns after the \
          sensors exist where plies decompose or gas moves. `traces-<case>.csv` is that of a further case of an estimate.",

@@ -100,14 +100,17 @@ fn stroked(lines: Vec<Vec<Point>>, colour: Colour, stroke: Stroke) -> Shape {
 
 /// Draw one layer.
 pub(super) fn draw(layer: &Layer, plot: &Plot, shapes: &mut Vec<Shape>) {
+    let frame = plot.frame();
+    let inside = |points: Vec<Point>| -> Vec<Point> { points.into_iter().filter(|at| frame.contains(*at)).collect() };
     match layer {
         Layer::Line { ink, stroke, x, y, .. } => {
             let parts = continuous_parts(x.iter().zip(y).map(|(x, y)| plot.at(*x, *y)));
             let (points, lines): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| part.len() == 1);
+            let lines = lines.iter().flat_map(|line| frame.lines(line)).collect();
             shapes.push(stroked(lines, ink.rgb(), *stroke));
             // A point between gaps would be a line of no length.
             let radius = 1.5 * f64::from(stroke.width());
-            shapes.push(Shape::Discs { centres: points.concat(), radius, colour: ink.rgb() });
+            shapes.push(Shape::Discs { centres: inside(points.concat()), radius, colour: ink.rgb() });
         }
         Layer::Points { ink, x, y, error, .. } => {
             let finite = |(_, (x, y)): &(usize, (&f64, &f64))| x.is_finite() && y.is_finite();
@@ -117,12 +120,12 @@ pub(super) fn draw(layer: &Layer, plot: &Plot, shapes: &mut Vec<Shape>) {
                 vec![end(-1.0), end(1.0)]
             };
             if !error.is_empty() {
-                let lines = points.iter().map(bar).collect();
+                let lines = points.iter().map(bar).flat_map(|line| frame.lines(&line)).collect();
                 shapes.push(Shape::Lines { lines, colour: ink.rgb(), width: 1.0, dash: None, opacity: 0.6 });
             }
             let radius = if error.is_empty() { 4.0 } else { 2.5 };
             let centres = points.iter().map(|(_, (x, y))| plot.at(**x, **y)).collect();
-            shapes.push(Shape::Discs { centres, radius, colour: ink.rgb() });
+            shapes.push(Shape::Discs { centres: inside(centres), radius, colour: ink.rgb() });
         }
         Layer::Band { ink, opacity, x, low, high, .. } => {
             let edge = |(x, (low, high)): (&f64, (&f64, &f64))| {
@@ -136,16 +139,17 @@ pub(super) fn draw(layer: &Layer, plot: &Plot, shapes: &mut Vec<Shape>) {
                 upper.chain(part.iter().rev().flatten().map(|(x, _, lower)| (*x, *lower))).collect()
             };
             let parts = edges.split(Option::is_none).filter(|part| part.len() > 1);
-            shapes.push(Shape::Areas { outlines: parts.map(outline).collect(), colour: ink.rgb(), opacity: *opacity });
+            let outlines = parts.map(|part| frame.area(&outline(part))).collect();
+            shapes.push(Shape::Areas { outlines, colour: ink.rgb(), opacity: *opacity });
         }
         Layer::StackedAreas { x, parts } => {
             let mut floor = vec![0.0; x.len()];
             for part in parts {
                 let top: Vec<f64> = floor.iter().zip(&part.values).map(|(low, value)| low + value.max(0.0)).collect();
                 let lower = x.iter().zip(&floor).rev();
-                let outline = x.iter().zip(&top).chain(lower).map(|(x, y)| plot.at(*x, *y)).collect();
+                let outline: Vec<Point> = x.iter().zip(&top).chain(lower).map(|(x, y)| plot.at(*x, *y)).collect();
                 let colour = part.ink.rgb();
-                shapes.push(Shape::Areas { outlines: vec![outline], colour, opacity: STACK_OPACITY });
+                shapes.push(Shape::Areas { outlines: vec![frame.area(&outline)], colour, opacity: STACK_OPACITY });
                 floor = top;
             }
         }
@@ -160,8 +164,10 @@ pub(super) fn draw(layer: &Layer, plot: &Plot, shapes: &mut Vec<Shape>) {
         Layer::Steps { steps, shown, .. } => steps[*shown].iter().for_each(|layer| draw(layer, plot, shapes)),
         Layer::Contours { x, y, values, levels, .. } => {
             for (place, lines) in contour::log_contours(x, y, values, levels).into_iter().enumerate() {
-                let placed = lines.into_iter().map(|line| line.into_iter().map(|(x, y)| plot.at(x, y)).collect());
-                shapes.push(Shape::lines(placed.collect(), level_colour(place, levels.len()), 1.5));
+                let placed =
+                    |line: contour::Line| -> Vec<Point> { line.into_iter().map(|(x, y)| plot.at(x, y)).collect() };
+                let lines = lines.into_iter().flat_map(|line| frame.lines(&placed(line))).collect();
+                shapes.push(Shape::lines(lines, level_colour(place, levels.len()), 1.5));
             }
         }
         Layer::BoxPlot { ink, percentiles, .. } => {

@@ -150,8 +150,11 @@ fn path(lines: &[Vec<Point>], end: &str) -> String {
             data += &format!("{before}{right}{}{down}", gap(down));
             (x, y) = (*to_x, *to_y);
         }
-        if !points.is_empty() {
-            data += end;
+        let Some(first) = points.first() else { continue };
+        data += end;
+        if end == "z" {
+            // The next move starts where the closed outline does.
+            (x, y) = *first;
         }
     }
     data
@@ -184,6 +187,13 @@ mod tests {
         let dashed = Shape::Lines { lines, colour: BLUE, width: 1.0, dash: Some((8.0, 5.0)), opacity: 0.6 };
         assert!(dashed.written().contains(" stroke-dasharray=\"32 20\" opacity=\"0.6\" "), "{}", dashed.written());
         assert_eq!(Shape::lines(Vec::new(), BLUE, 1.0).written(), "");
+    }
+
+    #[test]
+    fn an_area_after_another_one_is_where_its_points_are() {
+        let square = |x: f64| vec![(x, 1.0), (x + 1.0, 1.0), (x + 1.0, 2.0)];
+        let areas = Shape::Areas { outlines: vec![square(1.0), square(3.0)], colour: BLUE, opacity: 1.0 };
+        assert_eq!(areas.written(), "<path fill=\"#0072b2\" d=\"m4 4 4 0 0 4zm8 0 4 0 0 4z\"/>\n");
     }
 
     #[test]

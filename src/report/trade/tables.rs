@@ -194,7 +194,7 @@ pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
     fn largest(layup: &SizedLayup) -> Option<(usize, f64)> {
         layup.shares.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
     }
-    Table::new(
+    Table::<LayupRow<'a>>::new(
         &["layups.csv"],
         "One row per layup (`trade`): those with a rank, by mass, and then the others, whose columns are empty where no \
          allowed thickness suffices.",
@@ -239,7 +239,7 @@ pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
 type MassRow = (String, f64, f64);
 
 pub(in crate::report) fn masses_table() -> Table<MassRow> {
-    Table::new(&["masses.csv"], "Mass of each layup over the probability that the limit holds (`trade`).")
+    Table::<MassRow>::new(&["masses.csv"], "Mass of each layup over the probability that the limit holds (`trade`).")
         .text("layup", "Ids of the materials of the choices.", |row| row.0.clone())
         .number("probability", "–", "Share of the members below the limit.", |row| row.1)
         .number("mass_kg_m2", "kg/m²", "Mass per area of all plies.", |row| row.2)
@@ -259,7 +259,7 @@ fn masses(outcome: &Trade) -> Vec<MassRow> {
 type ChangeRow<'a> = (&'a Trade, &'a RankChange);
 
 pub(in crate::report) fn changes_table<'a>() -> Table<ChangeRow<'a>> {
-    Table::new(
+    Table::<ChangeRow<'a>>::new(
         &["rank-changes.csv"],
         "How far a property would have to change for another layup to come first (`trade`), the fewest standard \
          deviations first. Linear in the property, and at most 100 %.",
