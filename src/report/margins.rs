@@ -332,7 +332,7 @@ pub(super) fn parts_table<'a>() -> Table<PartRow<'a>> {
     .numbers(
         "{nominal,mean,maximum}_heat_load_j_m2",
         "J/m²",
-        "Heat into the hot face, while it flows in: at nominal factors, mean and maximum over the members.",
+        "Heat into the hot face, while it flows in; over the members.",
         |row| row.heat_loads_j_m2.to_vec(),
     )
 }
