@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Make figures 6 to 31 of the paper anew, as docs/images/paper/figure-06.svg to figure-31.svg. Which figure of a report
-# repeats which of the paper is in [paper_figures] of its case; Figure 8 estimates other factors than its case states.
+# Make figures 6 to 31 of the paper anew, as docs/images/paper/figure-06.svg to figure-31.svg.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -18,22 +17,53 @@ run() { # name of the report, arguments
     "$bondline" "$@" --out "$folder/$name" --quiet >"$folder/$name.txt"
 }
 
-figure() { # number in the paper, report, figure of the report
-    cp "$folder/$2/figures/$3.svg" "$images/$(printf 'figure-%02d.svg' "$1")"
+figures() { # report; on standard input a line per figure: its number in the paper, its name in the report
+    local number id
+    while read -r number id; do
+        cp "$folder/$1/figures/$id.svg" "$images/$(printf 'figure-%02d.svg' "$number")"
+    done
 }
 
-of_case() { # case: its figures of the paper, from its report
-    sed -n '/^\[paper_figures\]/,/^$/s/^\(.*\) = \([0-9]*\)$/\1 \2/p' "cases/$1/case.toml" |
-        while read -r id number; do figure "$number" "$1" "$id"; done
-}
-
-for case in lcat-2259 lcat-2330 lcat-2259-tc3; do
-    run "$case" study "cases/$case"
-    of_case "$case"
-done
-run twin-tc3 estimate cases/twin-tc3 --minimiser paper
-of_case twin-tc3
+run lcat-2259 study cases/lcat-2259
+figures lcat-2259 <<END
+6 nominal
+9 spread-TC1
+10 spread-TC2
+11 spread-TC3
+12 spread-TC4
+13 shares-TC1
+14 shares-TC2
+15 shares-TC3
+16 shares-TC4
+17 sensitivity-TC1
+18 sensitivity-TC2
+19 sensitivity-TC3
+20 sensitivity-TC4
+21 fit-TC4
+END
+run lcat-2330 study cases/lcat-2330
+figures lcat-2330 <<END
+7 nominal
+END
 run seven estimate cases/lcat-2259 --bounds small \
     --factors f_eps_OF,f_k_OF,f_cp_OF,f_k_INS,f_cp_INS,f_rho_INS,f_cp_GB
-figure 8 seven fit-TC4
+figures seven <<END
+8 fit-TC4
+END
+run lcat-2259-tc3 study cases/lcat-2259-tc3
+figures lcat-2259-tc3 <<END
+26 spread-TC4
+27 shares-TC4
+28 sensitivity-TC4
+29 objective
+30 fit-TC4
+31 fit-window-TC4
+END
+run twin-tc3 estimate cases/twin-tc3 --minimiser paper
+figures twin-tc3 <<END
+22 design-space
+23 design-space-path
+24 objective
+25 fit-TC4
+END
 ls "$images"

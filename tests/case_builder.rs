@@ -263,7 +263,6 @@ const BREAKS: &[Break] = &[
         Some(case.estimate.start = vec![10.0; case.estimate.factors.len()])
     }),
     ("estimate.loss_function.width", |case| Some(case.estimate.loss_function = LossFunction::Huber { width: 0.0 })),
-    ("paper_figures[0]", |case| Some(case.paper_figures = vec![("members".to_owned(), vec![0])])),
     ("resolution.cells", |case| Some(case.resolution.cells = 3)),
     ("resolution.cells", |case| Some(case.resolution.cells = 2000)),
     ("resolution.step_growth", |case| Some(case.resolution.step_growth = 0.0)),

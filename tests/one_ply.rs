@@ -461,7 +461,7 @@ flux = "20 kW/m^2"
     scratch.write("materials/metal.toml", metal);
     for precision in ["f64", "f32"] {
         run(&scratch, &format!("predict case.toml --precision {precision} --out out --force")).succeeded();
-        let [face_k, below_k] = ["F_K", "B_K"].map(|of| column(&scratch, of));
+        let [face_k, below_k] = ["F_k", "B_k"].map(|of| column(&scratch, of));
         let last = face_k.len() - 1;
         let fall_k = face_k[last] - below_k[last];
         assert!((fall_k - 20.0).abs() < 0.1, "{precision}: {fall_k} K between the films");

@@ -313,8 +313,8 @@ fn a_missing_row_and_an_unknown_row_of_the_page_are_caught() {
     let page = page();
     for (row, file, name) in [
         ("| `seed` |", "summary.json", "seed"),
-        ("| `flux_w_m2` |", "history.csv", "flux_w_m2"),
-        ("| `minimum_K`, `maximum_K` |", "percentiles.csv", "minimum_K"),
+        ("| `objective_rise` |", "profiles.csv", "objective_rise"),
+        ("| `unexplained` |", "shares.csv", "unexplained"),
     ] {
         assert_eq!(page.matches(row).count(), 1, "{row}");
         let without = page.replace(row, &row.replace(name, "renamed"));

@@ -2,7 +2,7 @@
 
 use crate::browser::{console, result};
 use crate::cli::{CASE, OBSERVATIONS, decomposing_case, run};
-use crate::support::{Scratch, cases, root, text};
+use crate::support::{Scratch, text};
 
 /// A phone, CSS pixels.
 const PHONE: u32 = 390;
@@ -75,7 +75,8 @@ fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
     faults
 }
 
-fn overweight(page: &str) -> Option<String> {
+/// The fault of a page that is too large.
+pub fn overweight(page: &str) -> Option<String> {
     (page.len() > PAGE_BYTES).then(|| format!("{} bytes, at most {PAGE_BYTES} expected", page.len()))
 }
 
@@ -145,24 +146,4 @@ fn defects_of_a_page_are_detected() {
             assert!(found.iter().any(|text| text.contains(fault)), "{fault:?} is not detected: {found:?}");
         }
     }
-}
-
-/// Every figure that a case cites is drawn by `study`.
-#[test]
-fn studies_of_shipped_cases_draw_every_cited_figure_on_a_page_of_at_most_two_megabytes() {
-    let scratch = Scratch::new("cited");
-    let mut judged = 0;
-    for case in cases().into_iter().filter(|case| !case.paper_figures().is_empty()) {
-        let folder = root().join("cases").join(case.id());
-        run(&scratch, &format!("study {} -n 20 --quiet --out {}", folder.display(), case.id())).succeeded();
-        let page = scratch.read(&format!("{}/report.html", case.id()));
-        assert_eq!(overweight(&page), None, "{}", case.id());
-        for (figure, _) in case.paper_figures() {
-            let file = scratch.path().join(case.id()).join("figures").join(format!("{figure}.svg"));
-            assert!(file.is_file(), "{}: no figure {figure:?}", case.id());
-            judged += 1;
-        }
-        assert_eq!(page.matches("of the paper</span>").count(), case.paper_figures().len(), "{}", case.id());
-    }
-    assert!(judged > 20, "{judged} figures");
 }

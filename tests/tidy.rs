@@ -137,8 +137,8 @@ const HOMES: &[(&str, &[&str])] = &[
     ("calamine", &["src/case/file/table_file/workbook.rs"]),
     ("zip", &["src/case/file/table_file/workbook.rs"]),
     ("parquet", &["src/report/files/"]),
-    ("plotters", &["src/report/svg/"]),
     ("rustix", &["src/report/files/"]),
+    ("strsim", &["src/case/suggestion.rs"]),
     ("textplots", &["src/report/braille.rs"]),
 ];
 
@@ -150,7 +150,6 @@ const LONG_LINES: &[(&str, &str)] = &[
     (".csv", "tables: one row per line"),
     (".svg", "generated figures"),
     ("src/report/html/vendor/", "a vendored script"),
-    ("src/report/vector/glyphs.txt", "a table: one glyph per line"),
     ("LICENSE-MIT", "the text of the licence"),
 ];
 

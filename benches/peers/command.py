@@ -55,7 +55,7 @@ class Command:
         """Member × instant × sensor, K, and the summary."""
         summary = self.sweep(members, sets, "traces")
         table = parquet.read_table(self.folder / "sweep/traces.parquet")
-        shown = np.stack([table[f"{sensor}_K"].to_numpy() for sensor in summary["sensors"]], axis=-1)
+        shown = np.stack([table[f"{sensor}_k"].to_numpy() for sensor in summary["sensors"]], axis=-1)
         return shown.reshape(members, -1, shown.shape[-1]), summary
 
     def columns(self, members, factors, sets):

@@ -202,7 +202,7 @@ def cost(program: str) -> None:
             (folder / "case.toml").write_text(text)
 
             def readings(columns: dict[str, list[float]]) -> np.ndarray:
-                return np.array([columns[f"S{i}_K"] for i in range(len(layup.sensors))])[:, 1:]
+                return np.array([columns[f"S{i}_k"] for i in range(len(layup.sensors))])[:, 1:]
 
             truth = readings(predict(program, folder, out)[1])
             claimed, true, work = [], [], []
@@ -248,7 +248,7 @@ def comparison(program: str) -> None:
     for place, name in enumerate(("TC1", "TC2")):
         rows = measured[::6]
         times = [float(row[0]) for row in rows]
-        own = np.interp(times, board["time_s"], board[f"{name}_K"])
+        own = np.interp(times, board["time_s"], board[f"{name}_k"])
         differences = [float(value) - float(row[1 + 2 * place]) for value, row in zip(own, rows)]
         bars = [2.0 * float(row[2 + 2 * place]) for row in rows]
         series.append(Series(f"{name} (2σ)", times, differences, COLORS[place], False, bars))
@@ -259,7 +259,7 @@ def comparison(program: str) -> None:
     at_60_s = {row[0]: row[2:] for row in rows if row[1] == "60"}
     converged = [float(value) for value in at_60_s["converged"]]
     instant = tacot["time_s"].index(60.0)
-    own = [tacot[f"d{1e3 * depth:g}mm_K"][instant] for depth in depths[:-1]]
+    own = [tacot[f"d{1e3 * depth:g}mm_k"][instant] for depth in depths[:-1]]
     error = summary["discretisation_error"]["nominal_k"]
     series = [
         Series("bondline", [1e3 * depth for depth in depths[:-1]],

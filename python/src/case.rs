@@ -149,7 +149,7 @@ impl Case {
         self.case.input_files().iter().map(|file| (file.path.clone(), file.sha256.clone())).collect()
     }
 
-    /// What was not read, and keys under old names, one line each.
+    /// What was not read, one line each.
     fn notes(&self) -> Vec<String> {
         self.case.unread_data().iter().map(ToString::to_string).collect()
     }

@@ -77,8 +77,6 @@ pub struct CaseBuilder {
     pub observations: Vec<Observation>,
     /// As [`Case::estimate`].
     pub estimate: EstimationSettings,
-    /// As [`Case::paper_figures`].
-    pub paper_figures: Vec<(String, Vec<usize>)>,
     /// As [`Case::resolution`].
     pub resolution: Resolution,
 }
@@ -101,7 +99,6 @@ impl CaseBuilder {
             correlation: Correlation::default(),
             observations: Vec::new(),
             estimate: EstimationSettings::default(),
-            paper_figures: Vec::new(),
             resolution,
         }
     }
@@ -131,7 +128,6 @@ impl CaseBuilder {
             correlation,
             observations,
             estimate,
-            paper_figures,
             resolution,
         } = self;
         Ok(Case {
@@ -147,7 +143,6 @@ impl CaseBuilder {
             correlation,
             observations,
             estimate,
-            paper_figures,
             resolution,
             reading_notes: ReadingNotes::default(),
             input_files: InputFiles::default(),
@@ -184,11 +179,6 @@ impl CaseBuilder {
         let duration_s = self.exposure.duration_s;
         self.check_observations(&case.child("observations"), duration_s);
         self.estimate.check(&case.child("estimate"), &self.factors, self.sensors.len(), duration_s);
-        for (at, (_, numbers)) in case.child("paper_figures").elements(&self.paper_figures) {
-            for &number in numbers {
-                at.require(checked_figure_number(number as f64));
-            }
-        }
         let resolution = case.child("resolution");
         if self.resolution.check(&resolution, self.layup.plies.len(), duration_s) {
             let instants = self.instants();
@@ -265,14 +255,6 @@ impl CaseBuilder {
     }
 }
 
-/// The number of a figure in the paper.
-pub(super) fn checked_figure_number(number: f64) -> Result<usize, String> {
-    if number >= 1.0 && number.fract() == 0.0 {
-        return Ok(number as usize);
-    }
-    Err(format!("expected the number of a figure in the paper, 1 or more, found {number}"))
-}
-
 impl Case {
     /// A builder with the content of this case, which forgets the files that it was read from.
     pub fn to_builder(&self) -> CaseBuilder {
@@ -289,7 +271,6 @@ impl Case {
             correlation,
             observations,
             estimate,
-            paper_figures,
             resolution,
             reading_notes: _,
             input_files: _,
@@ -307,7 +288,6 @@ impl Case {
             correlation,
             observations,
             estimate,
-            paper_figures,
             resolution,
         }
     }

@@ -1,7 +1,6 @@
 //! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
 use super::recorded_channel::RecordedChannel;
-use super::renamed_key::RenamedKey;
 use crate::limits::LISTED_ERRORS;
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -111,14 +110,13 @@ pub(super) struct ErrorReported(());
 /// The result of reading a value: its error is recorded, not returned.
 pub(super) type ReadResult<T> = Result<T, ErrorReported>;
 
-/// The errors, the old names and the notes recorded so far. Reading continues after an error, so that one run reports
+/// The errors and the notes recorded so far. Reading continues after an error, so that one run reports
 /// all of them.
 #[derive(Debug, Default)]
 pub(super) struct Diagnostics {
     errors: RefCell<Vec<Diagnostic>>,
     /// Number of further errors, which are not listed.
     omitted: Cell<usize>,
-    renamed_keys: RefCell<Vec<RenamedKey>>,
     notes: RefCell<Vec<Diagnostic>>,
     recorded: RefCell<Vec<RecordedChannel>>,
 }
@@ -132,16 +130,6 @@ impl Diagnostics {
             errors.push(Diagnostic { location: place.clone(), message: message.into() });
         }
         ErrorReported(())
-    }
-
-    /// Record an old name, which was read as the new one.
-    pub(super) fn record_renamed(&self, location: &SourceLocation, old: &'static str, new: &'static str) {
-        self.renamed_keys.borrow_mut().push(RenamedKey {
-            file: location.file.to_string(),
-            line: location.line_column.map(|(line, _)| line),
-            old,
-            new,
-        });
     }
 
     /// Record what is no error but what the user should know.
@@ -165,13 +153,6 @@ impl Diagnostics {
         notes.sort();
         notes.dedup();
         notes
-    }
-
-    /// The old names recorded so far, sorted by position; they are removed here.
-    pub(super) fn take_renamed_keys(&self) -> Vec<RenamedKey> {
-        let mut renamed_keys = self.renamed_keys.take();
-        renamed_keys.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
-        renamed_keys
     }
 
     /// The value if no error was recorded, else all errors, sorted and without duplicates.

@@ -26,7 +26,6 @@ mod pyrometer;
 mod pyrometer_driver;
 mod reading_notes;
 mod recorded_channel;
-mod renamed_key;
 mod resolution;
 mod smoothed_driver;
 mod suggestion;
@@ -58,7 +57,6 @@ pub use provenance::{Provenance, SourceKind};
 pub use pyrometer::{Pyrometer, Spectrum};
 pub use pyrometer_driver::PyrometerDriver;
 pub use recorded_channel::RecordedChannel;
-pub use renamed_key::RenamedKey;
 pub(crate) use resolution::MAX_CORNERS;
 pub use resolution::Resolution;
 pub use smoothed_driver::SmoothedDriver;
@@ -99,7 +97,6 @@ pub struct Case {
     pub(crate) correlation: Correlation,
     pub(crate) observations: Vec<Observation>,
     pub(crate) estimate: EstimationSettings,
-    pub(crate) paper_figures: Vec<(String, Vec<usize>)>,
     pub(crate) resolution: Resolution,
     #[serde(skip)]
     pub(crate) reading_notes: ReadingNotes,
@@ -178,20 +175,9 @@ impl Case {
         &self.estimate
     }
 
-    /// File names of report figures, each with the numbers of the paper's figures that it reproduces.
-    pub fn paper_figures(&self) -> &[(String, Vec<usize>)] {
-        &self.paper_figures
-    }
-
     /// Resolution in space and time.
     pub fn resolution(&self) -> Resolution {
         self.resolution
-    }
-
-    /// Keys and values that the files of the case, or its overrides, still have under an old name, by file and line.
-    /// They are no part of the content; a case from a builder has none.
-    pub fn renamed_keys(&self) -> &[RenamedKey] {
-        &self.reading_notes.renamed_keys
     }
 
     /// Columns and samples of the files of the case that were not read, by file. They are no part of the content.

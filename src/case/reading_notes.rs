@@ -1,16 +1,14 @@
-//! What the reader of a case notes: old names of keys and values, and data that are not read.
+//! What the reader of a case notes: what was recorded, and data that are not read.
 
 use super::error::Diagnostic;
 use super::own_materials::OwnMaterials;
 use super::pyrometer_driver::PyrometerDriver;
 use super::recorded_channel::RecordedChannel;
-use super::renamed_key::RenamedKey;
 use super::smoothed_driver::SmoothedDriver;
 
 /// Notes on the files of a case. They are no part of its content: cases that differ in them only are equal.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReadingNotes {
-    pub(super) renamed_keys: Vec<RenamedKey>,
     /// What was not read.
     pub(super) unread: Vec<Diagnostic>,
     /// What was recorded of each sensor.

@@ -24,7 +24,7 @@ pub(crate) fn write_design(answers: &Answers, path: &Path, folder: &mut OutputFo
 }
 
 /// Tables of a case file that belong to the sensors of the case.
-const REPLACED: [&str; 4] = ["sensor", "observations", "estimate", "paper_figures"];
+const REPLACED: [&str; 3] = ["sensor", "observations", "estimate"];
 
 /// The case file with the thermocouples and factors of the design, and without observations.
 fn case_file(text: &str, path: &Path, case: &Case, found: &ExperimentDesign, best: &Scenario) -> String {

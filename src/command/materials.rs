@@ -8,7 +8,6 @@ use crate::command::args::{
     DirectionArg, ImportCommand, MaterialsCommand, OutsideArg, PatoArgs, PatoHeatArg, RecordArgs, TableArgs, pairs,
 };
 use crate::command::exit::{Failure, Output, input, unusable_folder};
-use crate::command::run::print_renamed_keys;
 use crate::plan::{advances_enthalpy, integrates_conductivity};
 use crate::report::files;
 use crate::report::materials;
@@ -20,8 +19,7 @@ pub(crate) fn run(action: MaterialsCommand) -> Result<Output, Failure> {
         MaterialsCommand::List => materials::list()?,
         MaterialsCommand::Show { name } => materials::show(&Material::named(&name)?),
         MaterialsCommand::Check { file } => {
-            let (material, renamed_keys) = Material::load_with_renamed_keys(&file)?;
-            print_renamed_keys(&renamed_keys);
+            let material = Material::load(&file)?;
             format!("{}: ok\n{}", file.display(), summary(&material))
         }
         MaterialsCommand::Import { from } => match *from {

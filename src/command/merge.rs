@@ -1,10 +1,8 @@
 //! `bondline merge`: the report of a sweep from its parts.
 
-use crate::command::args::{FormatArg, MergeArgs};
+use crate::command::args::MergeArgs;
 use crate::command::exit::{Failure, Output, input, unusable_folder};
-use crate::command::run::{
-    command_line, exit_reason, output_text, print_renamed_files, print_renamed_keys, too_many_failed,
-};
+use crate::command::run::{command_line, exit_reason, output_text, print_renamed_files, too_many_failed};
 use crate::report::files::{OutputFolder, check_writable};
 use crate::session::{self, MissingMembers};
 use crate::study::sweep_piece::equal_piece;
@@ -21,11 +19,9 @@ pub(crate) fn run(merge: &MergeArgs) -> Result<Output, Failure> {
     }
     let mut answers = session::merge(&files(&merge.parts)?, merge.case.as_deref())?;
     answers.run.command_line = Some(command_line());
-    print_renamed_keys(answers.case.renamed_keys());
     let id = answers.case.id();
     let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
-    let mut folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;
-    folder.set_figure_formats(FormatArg::beside_svg(&merge.format));
+    let folder = OutputFolder::open(&out, id, merge.force).map_err(unusable_folder)?;
     let files = answers.report(&folder)?;
     print_renamed_files(&folder);
     let text = output_text(&files, merge.json, || Ok(answers.summary()))?;

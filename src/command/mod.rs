@@ -24,7 +24,7 @@ mod verify;
 
 use crate::limits::check_thread_variable;
 use crate::question::Goal;
-use args::{Cli, Command, FailureArgs, renamed};
+use args::{Cli, Command, FailureArgs};
 use ask::Extras;
 use clap::Parser;
 use exit::{Failure, Output};
@@ -32,16 +32,11 @@ use std::ffi::OsString;
 
 /// Run the command with its words, the first of which is its name, and return the exit code.
 pub fn run_words(words: impl Iterator<Item = OsString>) -> u8 {
-    let (arguments, notes) = renamed::replace_old_names(words);
-    let is_quiet = arguments.iter().any(|word| word == "-q" || word == "--quiet");
-    for note in notes.iter().filter(|_| !is_quiet) {
-        terminal::print_error(note);
-    }
     if let Err(message) = check_thread_variable() {
         terminal::print_error(&format!("bondline: {message}"));
         return 2;
     }
-    let (printed, failure) = match Cli::try_parse_from(arguments).map(run) {
+    let (printed, failure) = match Cli::try_parse_from(words).map(run) {
         Err(error) if error.use_stderr() => {
             terminal::print_error(&error.render().to_string());
             return 2;

@@ -1,7 +1,7 @@
 //! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
-use crate::case::{Case, RenamedKey};
-use crate::command::args::{CaseArgs, FormatArg, MarchArgs, ResumeArgs, renamed};
+use crate::case::Case;
+use crate::command::args::{CaseArgs, MarchArgs, ResumeArgs};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
 use crate::command::resume::{Resumable, time_limit};
@@ -37,9 +37,7 @@ impl Run {
         id: &str,
         resume: Option<&ResumeArgs>,
     ) -> Result<Self, Failure> {
-        let mut folder =
-            OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
-        folder.set_figure_formats(FormatArg::beside_svg(&args.format));
+        let folder = OutputFolder::open(&output_path(command, args, id), id, args.force).map_err(unusable_folder)?;
         let resumable = resume.map(|resume| Resumable::open(command, folder.checkpoint(), args, resume)).transpose()?;
         let progress = MarchProgress::new(args.march.quiet);
         let cancel = token_of_signals();
@@ -187,7 +185,6 @@ pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
 
 /// Print what was not read of a case, and old names in its files.
 pub(crate) fn print_notes(case: &Case) {
-    print_renamed_keys(case.renamed_keys());
     for note in case.unread_data() {
         print_error(&format!("note: {note}"));
     }
@@ -198,13 +195,6 @@ pub(crate) fn print_renamed_files(folder: &OutputFolder) {
     for (own, path) in folder.renamed() {
         let name = path.file_name().unwrap_or_default().display();
         print_error(&format!("note: {} is no file of a report and was kept as {name}", own.display()));
-    }
-}
-
-/// Print a note on every old name in a file.
-pub(crate) fn print_renamed_keys(renamed_keys: &[RenamedKey]) {
-    for key in renamed_keys {
-        print_error(&renamed::note(key));
     }
 }
 

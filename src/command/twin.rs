@@ -12,12 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Write the observations of one set of true factors.
 pub(crate) fn write_observations(args: &CaseArgs, question: Twin, resume: &ResumeArgs) -> Result<Output, Failure> {
-    let of_study = [
-        resume.given_option(),
-        args.limit_time_s.map(|_| "--limit-time"),
-        (!args.format.is_empty()).then_some("--format"),
-        args.json.then_some("--json"),
-    ];
+    let of_study = [resume.given_option(), args.limit_time_s.map(|_| "--limit-time"), args.json.then_some("--json")];
     if let Some(option) = of_study.into_iter().flatten().next() {
         return Err(input(format!("{option}: it is for the report of a study, with --study N")));
     }

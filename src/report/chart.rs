@@ -4,10 +4,13 @@
 
 mod corner;
 
-use super::figure::{Axis, Figure, Ink, Layer, Scale, Stroke, diverging_colour, log_ticks, sequential_colour};
-use super::{contour, format};
+use super::figure::{Axis, Colour, Figure, Ink, Layer, Scale, Stroke, diverging_colour, sequential_colour};
+use super::{contour, format, ticks};
 use serde_json::{Value, json};
 use std::ops::Range;
+
+/// Most ticks of an axis of integers.
+const MAX_TICKS: usize = 9;
 
 /// `{"traces": […], "layout": {…}}`.
 pub(super) fn draw(figure: &Figure) -> Value {
@@ -192,15 +195,17 @@ fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
     });
     match &axis.scale {
         Scale::Linear => {}
-        Scale::Integer => out["tickformat"] = json!(",d"),
+        Scale::Integer => {
+            out["tick0"] = json!(0);
+            out["dtick"] = json!(ticks::step(axis, extent, MAX_TICKS));
+        }
         Scale::Log => {
             out["type"] = json!("log");
             let (low, high) = extent;
-            let ticks = log_ticks(low.log10() - 1.0, high.log10() + 1.0);
+            let ticks = ticks::log_ticks(low.log10() - 1.0, high.log10() + 1.0);
             out["tickmode"] = json!("array");
             out["tickvals"] = json!(ticks.iter().map(|tick| 10_f64.powf(*tick)).collect::<Vec<f64>>());
-            out["ticktext"] =
-                json!(ticks.iter().map(|tick| format::significant(10_f64.powf(*tick), 1)).collect::<Vec<String>>());
+            out["ticktext"] = json!(ticks.iter().map(|tick| ticks::log_label(*tick)).collect::<Vec<String>>());
         }
         Scale::Categories(names) => {
             out["type"] = json!("linear");
@@ -322,7 +327,7 @@ fn colour(ink: Ink) -> String {
     css(ink.rgb())
 }
 
-fn css((red, green, blue): (u8, u8, u8)) -> String {
+fn css((red, green, blue): Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
@@ -366,6 +371,13 @@ mod tests {
             }
         }
         assert!(entries > 50 && bands > 0, "{entries} entries, {bands} bands without one");
+    }
+
+    #[test]
+    fn an_axis_of_a_count_has_ticks_at_integers() {
+        let of = |end| super::axis(&Axis::integer("Iteration"), (0.0, end), false)["dtick"].clone();
+        assert_eq!([3.0, 9.0, 40.0].map(of), [json!(1.0), json!(1.0), json!(5.0)]);
+        assert_eq!(super::axis(&Axis::linear("Time"), (0.0, 3.0), false).get("dtick"), None);
     }
 
     #[test]

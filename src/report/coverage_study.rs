@@ -5,8 +5,7 @@ mod record;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::NamedFile;
-use super::files::table::{CsvTable, cell};
+use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, wrap};
@@ -186,22 +185,35 @@ fn on_screen(outcome: &CoverageStudy) -> Vec<String> {
     lines
 }
 
-fn estimates(outcome: &CoverageStudy) -> Result<NamedFile, ReportError> {
-    let columns = ["data_set", "factor", "truth", "estimate", "low", "high", "interval_holds_truth"];
-    let mut table = CsvTable::new("coverage.csv", columns)?;
-    for (number, twin) in outcome.fits.iter().enumerate() {
-        for (place, (&truth, factor)) in twin.truth.iter().zip(&outcome.factors).enumerate() {
-            let mut row = vec![number.to_string(), factor.name.clone(), cell(truth)];
-            match twin.outcome.result() {
-                Some(found) => {
-                    let (low, high) = found.intervals[place];
-                    row.extend([found.values[place], low, high].map(cell));
-                    row.push(u8::from((low..=high).contains(&truth)).to_string());
-                }
-                None => row.extend(std::iter::repeat_n(String::new(), 4)),
-            }
-            table.text_row(row)?;
-        }
+/// Data set, factor, true value, and estimate with its interval; none if the fit failed.
+type EstimateRow<'a> = (usize, &'a str, f64, Option<(f64, (f64, f64))>);
+
+pub(super) fn estimates_table<'a>() -> Table<EstimateRow<'a>> {
+    fn of(row: &EstimateRow<'_>, part: fn(f64, (f64, f64)) -> f64) -> f64 {
+        row.3.map_or(f64::NAN, |(value, interval)| part(value, interval))
     }
-    table.finish()
+    Table::<EstimateRow<'a>>::new(
+        &["coverage.csv"],
+        "One row per synthetic data set and factor (`twin --study`). The last four columns are empty where the fit failed.",
+    )
+    .number("data_set", "–", "Index of the data set.", |row| row.0 as f64)
+    .text("factor", "Factor.", |row| row.1.to_owned())
+    .number("truth", "–", "True value.", |row| row.2)
+    .number("estimate", "–", "Estimate.", |row| of(row, |value, _| value))
+    .number("low", "–", "Lower end of the interval of the estimate.", |row| of(row, |_, interval| interval.0))
+    .number("high", "–", "Upper end.", |row| of(row, |_, interval| interval.1))
+    .number("interval_holds_truth", "–", "1 if the interval contains the truth, else 0.", |row| {
+        row.3.map_or(f64::NAN, |(_, (low, high))| f64::from(u8::from((low..=high).contains(&row.2))))
+    })
+}
+
+fn estimates(outcome: &CoverageStudy) -> Result<NamedFile, ReportError> {
+    let rows = outcome.fits.iter().enumerate().flat_map(|(number, twin)| {
+        let fits = twin.truth.iter().zip(&outcome.factors).enumerate();
+        fits.map(move |(place, (&truth, factor))| {
+            let fit = twin.outcome.result().map(|found| (found.values[place], found.intervals[place]));
+            (number, factor.name.as_str(), truth, fit)
+        })
+    });
+    estimates_table().csv(&Names::default(), rows)
 }

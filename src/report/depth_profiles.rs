@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::files::json::JsonObject;
-use super::files::table::{CsvTable, NamedFile, cell};
+use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{paragraph, table};
 use super::reportable::{Reportable, Section};
 use super::{ReportError, format};
@@ -44,9 +44,9 @@ impl Reportable for DepthProfiles {
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        let mut tables = vec![profiles_table(&answers.case, self)?];
+        let mut tables = vec![profiles_file(&answers.case, self)?];
         if let Some(states) = &self.cell_states {
-            tables.push(states_table(&answers.case, self, states)?);
+            tables.push(states_file(&answers.case, self, states)?);
         }
         Ok(tables)
     }
@@ -144,7 +144,6 @@ fn maximum(case: &Case, found: &DepthProfiles) -> Figure {
     layers.push(profile("nominal".to_owned(), Ink::Series(1), Stroke::Solid, &found.depths, nominal));
     Figure {
         id: "depth-profile-maximum".to_owned(),
-        paper_reference: String::new(),
         title: "Highest temperature through the thickness".to_owned(),
         caption: "Highest temperature over the whole exposure at every depth; each depth has it at a time of its own."
             .to_owned(),
@@ -173,7 +172,6 @@ fn over_time(case: &Case, found: &DepthProfiles) -> Figure {
     let air = 0.04 * (high - low).max(1.0);
     Figure {
         id: "depth-profile-time".to_owned(),
-        paper_reference: String::new(),
         title: "Temperature through the thickness over time".to_owned(),
         caption: format!(
             "Choose the time below the chart. The static image shows {}, when the layup is hottest.",
@@ -213,7 +211,6 @@ fn together(case: &Case, found: &DepthProfiles) -> Figure {
     layers.extend(some_instants(found, &found.depths, &found.nominal_k));
     Figure {
         id: "depth-profiles".to_owned(),
-        paper_reference: String::new(),
         title: "Nominal temperature through the thickness".to_owned(),
         caption: format!("At {}.", some_of_all(found)),
         x: depth_axis(case),
@@ -241,7 +238,6 @@ fn of_states(case: &Case, found: &DepthProfiles, states: &CellStates) -> Vec<Fig
         layers.extend(some_instants(found, &states.depths, &scaled));
         Figure {
             id: id.to_owned(),
-            paper_reference: String::new(),
             title: title.to_owned(),
             caption: format!(
                 "At {}, with nominal factors, at the nodes of the cells; depths and densities are those of the virgin \
@@ -307,41 +303,96 @@ fn page(case: &Case, found: &DepthProfiles) -> String {
     table("Highest temperature of every ply, at its hottest depth", &head, &rows) + &paragraph(&read)
 }
 
+/// A depth of a profile.
+pub(super) struct ProfileRow<'a> {
+    kind: &'static str,
+    time_s: f64,
+    depth_m: f64,
+    ply: &'a str,
+    temperature_k: f64,
+    percentiles_k: Vec<f64>,
+}
+
+pub(super) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
+    Table::<ProfileRow<'a>>::new(
+        &["depth-profiles.csv"],
+        "Temperatures through the thickness, one row per profile and depth (`--depth-profiles` of `predict`, \
+         `uncertainty`, `study`). The depths are cell faces and nodes; an interface has two rows, one for each side. The \
+         percentiles exist with a sweep, over its first 1,000 members at most.",
+    )
+    .text(
+        "profile",
+        "`instant`, or `maximum`: the highest temperature over the whole exposure at each depth.",
+        |row| row.kind.to_owned(),
+    )
+    .number("time_s", "s", "Time; empty for the maximum.", |row| row.time_s)
+    .number("depth_m", "m", "Depth below the hot face, in the layup of the case file.", |row| row.depth_m)
+    .text("ply", "Ply.", |row| row.ply.to_owned())
+    .number("temperature_k", "K", "Temperature at nominal factors.", |row| row.temperature_k)
+    .numbers(PERCENTILES, "K", "Percentiles over the members, at each depth separately.", |row| {
+        row.percentiles_k.clone()
+    })
+}
+
+const PERCENTILES: &str = "p{5,50,95}_k";
+
 /// One row per instant and depth, then one per depth for the maximum.
-fn profiles_table(case: &Case, found: &DepthProfiles) -> Result<NamedFile, ReportError> {
-    let percentiles = ["p5_K", "p50_K", "p95_K"].into_iter().filter(|_| found.bands.is_some());
-    let columns = ["profile", "time_s", "depth_m", "ply", "temperature_K"].into_iter().chain(percentiles);
-    let mut table = CsvTable::new("depth-profiles.csv", columns)?;
-    let mut rows = |kind: &str, time_s: f64, nominal: &[f64], bands: Vec<&[f64]>| {
-        for (at, depth) in found.depths.iter().enumerate() {
-            let place = [kind.to_owned(), cell(time_s), cell(depth.depth_m), case.layup.plies[depth.ply].name.clone()];
-            let values = std::iter::once(nominal[at]).chain(bands.iter().map(|band| band[at]));
-            table.text_row(place.into_iter().chain(values.map(cell)).collect())?;
-        }
-        Ok::<(), ReportError>(())
+fn profiles_file(case: &Case, found: &DepthProfiles) -> Result<NamedFile, ReportError> {
+    let mut rows = Vec::new();
+    let mut add = |kind: &'static str, time_s: f64, nominal: &[f64], bands: Vec<&[f64]>| {
+        rows.extend(found.depths.iter().enumerate().map(|(at, depth)| ProfileRow {
+            kind,
+            time_s,
+            depth_m: depth.depth_m,
+            ply: &case.layup.plies[depth.ply].name,
+            temperature_k: nominal[at],
+            percentiles_k: bands.iter().map(|band| band[at]).collect(),
+        }));
     };
     for (instant, &time_s) in found.instants_s.iter().enumerate() {
         let bands = found.bands.iter().flat_map(|bands| &bands.percentiles_k).map(|of| &of[instant][..]).collect();
-        rows("instant", time_s, &found.nominal_k[instant], bands)?;
+        add("instant", time_s, &found.nominal_k[instant], bands);
     }
     let bands = found.bands.iter().flat_map(|bands| &bands.maximum_percentiles_k).map(|of| &of[..]).collect();
-    rows("maximum", f64::NAN, &found.nominal_maximum_k, bands)?;
-    table.finish()
+    add("maximum", f64::NAN, &found.nominal_maximum_k, bands);
+    let absent: &[&str] = if found.bands.is_some() { &[] } else { &[PERCENTILES] };
+    profiles_table().without(absent).csv(&Names::default(), rows)
 }
 
-fn states_table(case: &Case, found: &DepthProfiles, states: &CellStates) -> Result<NamedFile, ReportError> {
-    let pressure = states.pressures_pa.iter().map(|_| "pressure_pa");
-    let columns = ["time_s", "depth_m", "ply", "density_kg_m3", "char_fraction"].into_iter().chain(pressure);
-    let mut table = CsvTable::new("state-profiles.csv", columns)?;
-    for (instant, &time_s) in found.instants_s.iter().enumerate() {
-        for (at, depth) in states.depths.iter().enumerate() {
-            let place = [cell(time_s), cell(depth.depth_m), case.layup.plies[depth.ply].name.clone()];
-            let own = [states.densities_kg_m3[instant][at], states.conversions[instant][at]];
-            let pressure = states.pressures_pa.iter().map(|pressures| pressures[instant][at]);
-            table.text_row(place.into_iter().chain(own.into_iter().chain(pressure).map(cell)).collect())?;
-        }
-    }
-    table.finish()
+/// Instant and depth of the states, and the ply of the depth.
+type StateRow<'a> = (&'a DepthProfiles, &'a CellStates, usize, usize, &'a str);
+
+pub(super) fn states_table<'a>() -> Table<StateRow<'a>> {
+    Table::<StateRow<'a>>::new(
+        &["state-profiles.csv"],
+        "Density, char fraction and gas pressure through the thickness, one row per instant and cell, at nominal factors \
+         (`--depth-profiles`, where plies decompose or gas moves). The values are those of the finer grid, without \
+         extrapolation, computed on the processor.",
+    )
+    .number("time_s", "s", "Time.", |row| row.0.instants_s[row.2])
+    .number("depth_m", "m", "Depth of the node of the cell below the hot face, in the virgin layup.", |row| {
+        row.1.depths[row.3].depth_m
+    })
+    .text("ply", "Ply.", |row| row.4.to_owned())
+    .number("density_kg_m3", "kg/m³", "Density of the solid per volume of the virgin layup.", |row| {
+        row.1.densities_kg_m3[row.2][row.3]
+    })
+    .number("char_fraction", "–", "Fraction of the decomposable mass that is lost.", |row| {
+        row.1.conversions[row.2][row.3]
+    })
+    .number(PRESSURE, "Pa", "Gas pressure; only with `flow = \"darcy\"`.", |row| {
+        row.1.pressures_pa.as_ref().map_or(f64::NAN, |pressures| pressures[row.2][row.3])
+    })
+}
+
+const PRESSURE: &str = "pressure_pa";
+
+fn states_file(case: &Case, found: &DepthProfiles, states: &CellStates) -> Result<NamedFile, ReportError> {
+    let places = (0..found.instants_s.len()).flat_map(|instant| (0..states.depths.len()).map(move |at| (instant, at)));
+    let rows =
+        places.map(|(instant, at)| (found, states, instant, at, case.layup.plies[states.depths[at].ply].name.as_str()));
+    let absent: &[&str] = if states.pressures_pa.is_some() { &[] } else { &[PRESSURE] };
+    states_table().without(absent).csv(&Names::default(), rows)
 }
 
 #[cfg(test)]
@@ -375,13 +426,13 @@ mod tests {
             let begins_so = traces.iter().zip(visible).all(|(trace, flag)| is_visible(trace) == (*flag == true));
             assert_eq!(begins_so, step == active);
         }
-        assert!(svg::draw(&figure).expect("it draws").contains("nominal"));
+        assert!(svg::draw(&figure).contains("nominal"));
     }
 
     #[test]
     fn the_table_has_every_instant_and_the_maximum_with_bands_around_the_nominal_profile() {
         let (answers, found) = reported();
-        let (_, bytes) = profiles_table(&answers.case, &found).expect("a table");
+        let (_, bytes) = profiles_file(&answers.case, &found).expect("a table");
         let mut rows = csv::Reader::from_reader(bytes.as_slice());
         let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
         assert_eq!(rows.len(), (found.instants_s.len() + 1) * found.depths.len());

@@ -137,7 +137,6 @@ fn figure(answers: &Answers, outcome: &DriverSmoothing, driver: &SmoothedDriver)
     }
     Figure {
         id: format!("driver-{}", face(driver).replace(' ', "-")),
-        paper_reference: String::new(),
         title: format!("Measured temperature of the {}, smoothed", face(driver)),
         caption: format!("{} At most about 1,000 samples are shown.", text(answers, outcome)),
         x: time_axis(&answers.case),

@@ -3,9 +3,9 @@
 mod figures;
 mod model_comparison;
 mod page;
-mod posterior;
+pub(super) mod posterior;
 mod record;
-mod tables;
+pub(super) mod tables;
 mod warnings;
 
 use super::figure::Figure;

@@ -5,7 +5,7 @@ mod record;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{CsvTable, NamedFile, cell};
+use super::files::table::{NamedFile, Names, Table, cell};
 use super::format::millimetres;
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
@@ -100,7 +100,8 @@ impl Reportable for ExperimentDesign {
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        Ok(vec![designs_table(self)?, information_table(self)?])
+        let names = Names::of_factors(&self.request.factors);
+        Ok(vec![designs_table().csv(&names, designs(self))?, information_table().csv(&names, information(self))?])
     }
 
     fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
@@ -294,39 +295,63 @@ fn page(answers: &Answers, outcome: &ExperimentDesign) -> String {
         + &table("Best design of each number of thermocouples", &head, &growth)
 }
 
-fn designs_table(outcome: &ExperimentDesign) -> Result<NamedFile, ReportError> {
-    let errors = outcome.request.question.factors.iter().map(|name| format!("{name}_standard_error"));
-    let head = ["case", "run_length_s", "thermocouples", "depths_m"].into_iter().map(str::to_owned);
-    let tail = ["prediction_K", "criterion", "criterion_worst"].into_iter().map(str::to_owned);
-    let mut table = CsvTable::new("designs.csv", head.chain(errors).chain(tail))?;
-    for scenario in &outcome.scenarios {
-        let smaller = scenario.growth[..scenario.growth.len() - 1].iter();
-        for design in scenario.designs.iter().chain(smaller).chain(&scenario.existing) {
-            let depths = design.candidates.iter().map(|&index| cell(scenario.candidates[index].depth_m));
-            let numbers = [design.prediction_k, design.loss, design.worst_loss];
-            let cells = [
-                scenario.case_id.clone(),
-                cell(scenario.run_length_s),
-                design.candidates.len().to_string(),
-                depths.collect::<Vec<_>>().join(" "),
-            ];
-            let numbers = design.standard_errors.iter().copied().chain(numbers).map(cell);
-            table.text_row(cells.into_iter().chain(numbers).collect())?;
-        }
-    }
-    table.finish()
+/// A design of a scenario.
+type DesignRow<'a> = (&'a Scenario, &'a Design);
+
+pub(super) fn designs_table<'a>() -> Table<DesignRow<'a>> {
+    Table::<DesignRow<'a>>::new(
+        &["designs.csv"],
+        "One row per design (`design`): of each exposure and run length the best ones, the best ones with fewer \
+         thermocouples, and the thermocouples of the case.",
+    )
+    .text("case", "Id of the case that is the exposure.", |row| row.0.case_id.clone())
+    .number("run_length_s", "s", "Length of the run.", |row| row.0.run_length_s)
+    .number("thermocouples", "–", "Number of thermocouples.", |row| row.1.candidates.len() as f64)
+    .text("depths_m", "Their depths, m, separated by spaces.", |(scenario, design)| {
+        let depths = design.candidates.iter().map(|&index| cell(scenario.candidates[index].depth_m));
+        depths.collect::<Vec<_>>().join(" ")
+    })
+    .numbers(
+        "<factor>_standard_error",
+        "–",
+        "Expected standard error: root mean square over the members of the prior.",
+        |row| row.1.standard_errors.clone(),
+    )
+    .number("prediction_k", "K", "Standard deviation of the predicted peak of the target.", |row| row.1.prediction_k)
+    .number("criterion", "–", "The criterion over all members; smaller is better.", |row| row.1.loss)
+    .number("criterion_worst", "–", "The same over the worst 5 %.", |row| row.1.worst_loss)
 }
 
-fn information_table(outcome: &ExperimentDesign) -> Result<NamedFile, ReportError> {
+fn designs(outcome: &ExperimentDesign) -> impl Iterator<Item = DesignRow<'_>> {
+    outcome.scenarios.iter().flat_map(|scenario| {
+        let smaller = scenario.growth[..scenario.growth.len() - 1].iter();
+        let designs = scenario.designs.iter().chain(smaller).chain(&scenario.existing);
+        designs.map(move |design| (scenario, design))
+    })
+}
+
+/// Depth, place of the depth in the map, and index of the instant.
+type InformationRow<'a> = (&'a ExperimentDesign, f64, usize, usize);
+
+pub(super) fn information_table<'a>() -> Table<InformationRow<'a>> {
+    Table::<InformationRow<'a>>::new(
+        &["information.csv"],
+        "One row per candidate depth and instant of the best exposure, at nominal factors (`design`).",
+    )
+    .number("depth_m", "m", "Depth below the hot face.", |row| row.1)
+    .number("time_s", "s", "Time.", |row| row.0.map.instants_s[row.3])
+    .numbers(
+        "<factor>_change_k",
+        "K",
+        "Change of the temperature by one prior standard deviation of the factor.",
+        |row| row.0.map.changes_k.iter().map(|by_depth| by_depth[row.2][row.3]).collect(),
+    )
+}
+
+fn information(outcome: &ExperimentDesign) -> impl Iterator<Item = InformationRow<'_>> {
     let best = &outcome.scenarios[0];
-    let head = ["depth_m", "time_s"].into_iter().map(str::to_owned);
-    let changes = outcome.request.question.factors.iter().map(|name| format!("{name}_change_K"));
-    let mut table = CsvTable::new("information.csv", head.chain(changes))?;
-    for (place, &candidate) in outcome.map.candidates.iter().enumerate() {
-        for (instant, &time_s) in outcome.map.instants_s.iter().enumerate() {
-            let changes = outcome.map.changes_k.iter().map(|by_depth| by_depth[place][instant]);
-            table.row(None, [best.candidates[candidate].depth_m, time_s].into_iter().chain(changes))?;
-        }
-    }
-    table.finish()
+    outcome.map.candidates.iter().enumerate().flat_map(move |(place, &candidate)| {
+        let depth_m = best.candidates[candidate].depth_m;
+        (0..outcome.map.instants_s.len()).map(move |instant| (outcome, depth_m, place, instant))
+    })
 }

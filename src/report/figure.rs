@@ -5,8 +5,6 @@
 pub(super) struct Figure {
     /// Name of its file, without the extension.
     pub id: String,
-    /// The figure of the paper that it repeats, `as Figure 9 of the paper`; empty where there is none.
-    pub paper_reference: String,
     pub title: String,
     /// Caption: the result first, then the explanation of lines and colours.
     pub caption: String,
@@ -164,12 +162,15 @@ pub(super) enum Stroke {
     Hairline,
 }
 
+/// Red, green, blue.
+pub(super) type Colour = (u8, u8, u8);
+
 /// Minimum and maximum; `None` of no values.
 pub(super) type Span = Option<(f64, f64)>;
 
 /// Colours of Okabe and Ito (Color Universal Design, 2008) without yellow, which has too little contrast on white, then
 /// those of Tol's muted scheme (SRON/EPS/TN/09-002, 2021) that colour-blind readers can distinguish from them.
-const PALETTE: [(u8, u8, u8); 10] = [
+const PALETTE: [Colour; 10] = [
     (0x00, 0x72, 0xB2),
     (0xD5, 0x5E, 0x00),
     (0x00, 0x9E, 0x73),
@@ -190,8 +191,7 @@ impl Stroke {
 }
 
 impl Ink {
-    /// Red, green, blue.
-    pub(super) fn rgb(self) -> (u8, u8, u8) {
+    pub(super) fn rgb(self) -> Colour {
         match self {
             Self::Series(index) => PALETTE[index % PALETTE.len()],
             Self::Measured => (0x22, 0x22, 0x22),
@@ -201,40 +201,20 @@ impl Ink {
 }
 
 /// Colour of a correlation: blue for -1, white for 0, vermilion for 1.
-pub(super) fn diverging_colour(correlation: f64) -> (u8, u8, u8) {
+pub(super) fn diverging_colour(correlation: f64) -> Colour {
     let (from, t) = if correlation < 0.0 { (PALETTE[0], -correlation) } else { (PALETTE[1], correlation) };
     interpolate_colour((255, 255, 255), from, t.min(1.0))
 }
 
 /// Colour of a level, `t` in 0..1 from the lowest (dark blue) to the highest (ochre).
-pub(super) fn sequential_colour(t: f64) -> (u8, u8, u8) {
-    const STOPS: [(u8, u8, u8); 4] = [(0x33, 0x22, 0x88), (0x00, 0x72, 0xB2), (0x00, 0x9E, 0x73), (0xC9, 0x8B, 0x00)];
+pub(super) fn sequential_colour(t: f64) -> Colour {
+    const STOPS: [Colour; 4] = [(0x33, 0x22, 0x88), (0x00, 0x72, 0xB2), (0x00, 0x9E, 0x73), (0xC9, 0x8B, 0x00)];
     let place = t.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
     let below = (place as usize).min(STOPS.len() - 2);
     interpolate_colour(STOPS[below], STOPS[below + 1], place - below as f64)
 }
 
-/// Most decades of a log axis with a tick at every power of ten.
-const MAX_DECADES: f64 = 12.0;
-
-/// Decimal logarithms of the ticks of a log axis: 1, 2 and 5 of each decade over fewer than four decades, else powers
-/// of ten, over many decades some of them; none where an end is not finite.
-pub(super) fn log_ticks(low: f64, high: f64) -> Vec<f64> {
-    // The range of numbers has 617 decades.
-    if !(low.abs() < 1e3 && high.abs() < 1e3) {
-        return Vec::new();
-    }
-    let digits: &[f64] = if high - low < 4.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
-    let spacing = ((high - low) / MAX_DECADES).ceil().max(1.0) as usize;
-    let powers = low.floor() as i32..=high.ceil() as i32;
-    powers
-        .step_by(spacing)
-        .flat_map(|power| digits.iter().map(move |digit| f64::from(power) + digit.log10()))
-        .filter(|place| (low..=high).contains(place))
-        .collect()
-}
-
-fn interpolate_colour(from: (u8, u8, u8), to: (u8, u8, u8), t: f64) -> (u8, u8, u8) {
+fn interpolate_colour(from: Colour, to: Colour, t: f64) -> Colour {
     let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * t).round() as u8;
     (mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
 }

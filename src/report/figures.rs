@@ -1,9 +1,7 @@
 //! All figures of a report, and functions that several results share.
-//!
-//! The key `paper_figures` of a case lists the figures that repeat one of the paper.
 
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use super::{format, reportable};
+use super::reportable;
 use crate::case::{Case, Observation};
 use crate::study::answers::Answers;
 
@@ -15,18 +13,7 @@ pub(super) fn in_sections(answers: &Answers) -> Vec<(&'static str, Figure)> {
     let each = reportable::all(answers).into_iter();
     let mut figures: Vec<(&'static str, Figure)> = each.flat_map(|answer| answer.figures(answers)).collect();
     make_ids_unique(&mut figures);
-    for (_, figure) in &mut figures {
-        let repeated = answers.case.paper_figures.iter().find(|(name, _)| *name == figure.id);
-        figure.paper_reference = repeated.map_or_else(String::new, |(_, numbers)| paper_reference(numbers));
-    }
     figures
-}
-
-/// `as Figure 9 of the paper`.
-fn paper_reference(numbers: &[usize]) -> String {
-    let plural = if numbers.len() == 1 { "" } else { "s" };
-    let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
-    format!("as Figure{plural} {} of the paper", format::list(&numbers))
 }
 
 /// Make file names unique: sensors `T/1` and `T-1` would share one. Later figures get a number.
@@ -100,7 +87,6 @@ pub(super) fn correlation_matrix(
 ) -> Figure {
     Figure {
         id: id.to_owned(),
-        paper_reference: String::new(),
         title: title.to_owned(),
         caption,
         x: Axis::categories("", names.clone()),
@@ -119,23 +105,6 @@ pub(super) fn all(answers: &Answers) -> Vec<Figure> {
 mod tests {
     use super::super::fixture;
     use super::*;
-
-    #[test]
-    fn a_figure_cites_the_paper_only_where_its_case_says_so() {
-        let mut outcomes = fixture::outcomes();
-        let cited = |outcomes: &fixture::StudyFixture| -> Vec<(String, String)> {
-            let figures = all(&outcomes.answers("study")).into_iter();
-            figures
-                .filter(|figure| !figure.paper_reference.is_empty())
-                .map(|figure| (figure.id, figure.paper_reference))
-                .collect()
-        };
-        // Sensors, factors and the case have the names of the paper: the names alone must not cite it.
-        assert_eq!(cited(&outcomes), []);
-        outcomes.case.paper_figures = vec![("spread-TC2".to_owned(), vec![10]), ("fit-TC4".to_owned(), vec![30, 31])];
-        let [spread, fit] = ["as Figure 10 of the paper", "as Figures 30 and 31 of the paper"].map(str::to_owned);
-        assert_eq!(cited(&outcomes), [("spread-TC2".to_owned(), spread), ("fit-TC4".to_owned(), fit)]);
-    }
 
     #[test]
     fn sensors_whose_names_differ_only_in_a_slash_have_two_files() {

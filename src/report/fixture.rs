@@ -243,7 +243,6 @@ fn case() -> Case {
             bounds: Bounds::Small,
             ..EstimationSettings::default()
         },
-        paper_figures: Vec::new(),
         reading_notes: Default::default(),
         resolution: Resolution {
             tolerance_k: None,

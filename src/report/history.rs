@@ -3,10 +3,10 @@
 mod figures;
 mod record;
 
+use super::estimate::tables::residuals_table;
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::CsvTable;
-use super::files::table::NamedFile;
+use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
@@ -295,29 +295,60 @@ fn on_screen(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
     lines
 }
 
+/// Time and value of the recovered schedule.
+pub(super) fn schedule_table() -> Table<(f64, f64)> {
+    Table::<(f64, f64)>::new(
+        &["history.csv"],
+        "The recovered heating (`history`), a schedule that a case file can read. One of the last three columns exists.",
+    )
+    .number("time_s", "s", "Time.", |row| row.0)
+    .number("flux_w_m2", "W/m²", "Cold-wall heat flux.", |row| row.1)
+    .number("radiant_flux_w_m2", "W/m²", "Incident radiant flux.", |row| row.1)
+    .number("gas_k", "K", "Gas temperature.", |row| row.1)
+}
+
+/// A knot.
+type KnotRow<'a> = (&'a FluxInversion, usize);
+
+pub(super) fn band_table<'a>() -> Table<KnotRow<'a>> {
+    fn interval((outcome, knot): &KnotRow<'_>) -> Vec<f64> {
+        let (value, half) = (outcome.values[*knot], outcome.half_widths[*knot]);
+        vec![(value - half).max(outcome.least_value), value + half]
+    }
+    Table::<KnotRow<'a>>::new(
+        &["history-band.csv"],
+        "One row per knot (`history`), with the columns of the recovered quantity. The interval is one for the true value: \
+         it has noise, regularisation bias and discretisation error. Of all knots of a history 95 % are held on average, \
+         of those beside sudden changes fewer ([theory](../theory/inference.md)).",
+    )
+    .number("time_s", "s", "Time.", |row| row.0.times_s[row.1])
+    .number("flux_w_m2", "W/m²", "Cold-wall heat flux.", |row| row.0.values[row.1])
+    .number("radiant_flux_w_m2", "W/m²", "Incident radiant flux.", |row| row.0.values[row.1])
+    .number("gas_k", "K", "Gas temperature.", |row| row.0.values[row.1])
+    .numbers("{low,high}_w_m2", "W/m²", "Its 95 % interval.", interval)
+    .numbers("{low,high}_k", "K", "Its 95 % interval.", interval)
+    .number("stated_w_m2", "W/m²", "The value in the case file.", |row| row.0.case_values[row.1])
+    .number("stated_k", "K", "The value in the case file.", |row| row.0.case_values[row.1])
+}
+
 fn history_tables(case: &Case, outcome: &FluxInversion) -> Result<Vec<NamedFile>, ReportError> {
-    let (name, unit) = match outcome.quantity {
-        HeatingQuantity::Flux => ("flux", "w_m2"),
-        HeatingQuantity::RadiantFlux => ("radiant_flux", "w_m2"),
-        HeatingQuantity::Gas => ("gas", "K"),
+    let of_temperature = ["gas_k", "{low,high}_k", "stated_k"];
+    let of_flux = ["{low,high}_w_m2", "stated_w_m2"];
+    let absent = match outcome.quantity {
+        HeatingQuantity::Flux => [&of_temperature[..], &["radiant_flux_w_m2"]],
+        HeatingQuantity::RadiantFlux => [&of_temperature[..], &["flux_w_m2"]],
+        HeatingQuantity::Gas => [&of_flux[..], &["flux_w_m2", "radiant_flux_w_m2"]],
     };
-    let value = format!("{name}_{unit}");
-    let mut found = CsvTable::new("history.csv", ["time_s", &value])?;
-    for (&time_s, &value) in outcome.schedule.times_s.iter().zip(&outcome.schedule.values) {
-        found.row(None, [time_s, value])?;
-    }
-    let [low, high, stated] = ["low", "high", "stated"].map(|of| format!("{of}_{unit}"));
-    let columns = ["time_s", &value, &low, &high, &stated].map(str::to_owned);
-    let mut band = CsvTable::new("history-band.csv", columns.each_ref().map(String::as_str))?;
-    for (knot, &value) in outcome.values.iter().enumerate() {
-        let (half, stated) = (outcome.half_widths[knot], outcome.case_values[knot]);
-        band.row(None, [outcome.times_s[knot], value, (value - half).max(outcome.least_value), value + half, stated])?;
-    }
-    let mut left = CsvTable::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
-    for seen in &outcome.sensor_fits {
-        for (&time_s, &residual_k) in seen.times_s.iter().zip(&seen.residuals_k) {
-            left.row(Some(&case.sensors[seen.sensor].name), [time_s, residual_k])?;
-        }
-    }
-    Ok(vec![found.finish()?, band.finish()?, left.finish()?])
+    let (absent, names) = (absent.concat(), Names::default());
+    let schedule = outcome.schedule.times_s.iter().copied().zip(outcome.schedule.values.iter().copied());
+    let knots = (0..outcome.values.len()).map(|knot| (outcome, knot));
+    let residuals = outcome.sensor_fits.iter().flat_map(|seen| {
+        let samples = seen.times_s.iter().zip(&seen.residuals_k);
+        samples.map(|(&time_s, &residual_k)| (case.sensors[seen.sensor].name.as_str(), time_s, residual_k))
+    });
+    Ok(vec![
+        schedule_table().without(&absent).csv(&names, schedule)?,
+        band_table().without(&absent).csv(&names, knots)?,
+        residuals_table().csv_as("history-residuals.csv", &names, residuals)?,
+    ])
 }

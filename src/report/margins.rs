@@ -4,14 +4,14 @@ mod record;
 
 pub(super) use record::write_summary;
 
-use super::files::table::{CsvTable, NamedFile, cell};
+use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{list, table};
 use super::reportable::Finding;
 use super::terminal::{Column, aligned, head, wrap};
 use super::{ReportError, format};
 use crate::case::{LimitedPart, TemperatureLimit};
 use crate::study::answers::Answers;
-use crate::study::margins::{HeatLoad, Margin, MarginSpread};
+use crate::study::margins::{HeatLoad, Margin, MarginSpread, PeakPercentile};
 use crate::study::nominal::Prediction;
 
 /// Questions whose answer has margins.
@@ -249,55 +249,126 @@ fn megajoules(heat_j_m2: f64) -> String {
     format::significant(1e-6 * heat_j_m2, 4)
 }
 
+/// A part: one with a limit, or a ply without one with its name and its highest temperature.
+pub(super) struct PartRow<'a> {
+    part: &'a str,
+    kind: &'static str,
+    limit_k: f64,
+    peak_k: f64,
+    nominal: Option<&'a Margin>,
+    spread: Option<&'a MarginSpread>,
+    /// Nominal, then mean and maximum of the members.
+    heat_loads_j_m2: [f64; 3],
+}
+
+impl PartRow<'_> {
+    fn of_nominal(&self, value: fn(&Margin) -> f64) -> f64 {
+        self.nominal.map_or(f64::NAN, value)
+    }
+
+    fn of_members(&self, value: fn(&MarginSpread) -> f64) -> f64 {
+        self.spread.map_or(f64::NAN, value)
+    }
+
+    /// Of every percentile, its value or an end of its interval.
+    fn percentiles(&self, value: fn(&PeakPercentile) -> Option<f64>) -> Vec<f64> {
+        let of = |spread: &MarginSpread| spread.percentiles.iter().map(|at| value(at).unwrap_or(f64::NAN)).collect();
+        self.spread.map_or(vec![f64::NAN; 3], of)
+    }
+}
+
+pub(super) fn parts_table<'a>() -> Table<PartRow<'a>> {
+    Table::<PartRow<'a>>::new(
+        &["margins.csv"],
+        "One row per temperature limit (`predict`, `uncertainty`, `study`, `merge`, if the case states any): plies and \
+         interfaces from the hot face down, then sensors. Plies without a limit follow, with their nominal peak alone. \
+         Columns of the members are empty without a sweep; an end of an interval and the tolerance bound are empty \
+         where there are too few members or too many that failed, and with `lhs` and `sobol` sampling, whose members \
+         are not independent. A failed member counts as above every limit and every peak; a percentile among failed \
+         members is empty.",
+    )
+    .text("part", "Name of the part (`INS2/GB` for an interface).", |row| row.part.to_owned())
+    .text("kind", "`ply`, `interface` or `sensor`.", |row| row.kind.to_owned())
+    .number("limit_k", "K", "The limit.", |row| row.limit_k)
+    .number("nominal_peak_k", "K", "Highest temperature of the part over depth and time, at nominal factors.", |row| {
+        row.peak_k
+    })
+    .number("nominal_peak_time_s", "s", "Its time.", |row| row.of_nominal(|margin| margin.peak.time_s))
+    .number("nominal_margin_k", "K", "Limit minus peak.", |row| row.of_nominal(|margin| margin.margin_k))
+    .number("nominal_time_above_s", "s", "Time above the limit.", |row| row.of_nominal(|margin| margin.time_above_s))
+    .number("members_above", "–", "Members whose peak is above the limit or that failed.", |row| {
+        row.of_members(|spread| spread.exceeding.count as f64)
+    })
+    .number("members", "–", "All members.", |row| row.of_members(|spread| spread.exceeding.total as f64))
+    .number("share_above", "–", "Probability of exceeding the limit.", |row| {
+        row.of_members(|spread| spread.exceeding.fraction())
+    })
+    .numbers("share_above_{low,high}", "–", "Its Clopper–Pearson interval.", |row| {
+        let ends = row.spread.and_then(|spread| spread.exceeding_interval);
+        ends.map_or(vec![f64::NAN; 2], |(low, high)| vec![low, high])
+    })
+    .number("mean_k", "K", "Mean of the peak, of completed members.", |row| row.of_members(|spread| spread.mean_k))
+    .number("standard_deviation_k", "K", "Its standard deviation.", |row| row.of_members(|spread| spread.deviation_k))
+    .numbers("mean_{minus,plus}_3_sigma_k", "K", "Mean less and plus three standard deviations.", |row| {
+        let sign = |spread: &MarginSpread, sign: f64| spread.mean_k + sign * 3.0 * spread.deviation_k;
+        row.spread.map_or(vec![f64::NAN; 2], |spread| vec![sign(spread, -1.0), sign(spread, 1.0)])
+    })
+    .number("maximum_k", "K", "Highest peak of completed members.", |row| row.of_members(|spread| spread.max_k))
+    .numbers("p{95,99,99.87}_k", "K", "Percentiles of the peak.", |row| row.percentiles(|at| Some(at.value_k)))
+    .numbers("p{95,99,99.87}_low_k", "K", "Lower ends of their distribution-free 95 % intervals.", |row| {
+        row.percentiles(|at| at.low_k)
+    })
+    .numbers("p{95,99,99.87}_high_k", "K", "Upper ends.", |row| row.percentiles(|at| at.high_k))
+    .number(
+        "tolerance_95_99_k",
+        "K",
+        "With 95 % confidence, at least 99 % of all peaks are below it (299 members).",
+        |row| row.spread.and_then(|spread| spread.tolerance_bound_k).unwrap_or(f64::NAN),
+    )
+    .number("p95_time_above_s", "s", "95th percentile of the time above, of completed members.", |row| {
+        row.of_members(|spread| spread.time_above_p95_s)
+    })
+    .number("maximum_time_above_s", "s", "Its maximum.", |row| row.of_members(|spread| spread.time_above_max_s))
+    .numbers(
+        "{nominal,mean,maximum}_heat_load_j_m2",
+        "J/m²",
+        "Heat into the hot face, while it flows in; over the members.",
+        |row| row.heat_loads_j_m2.to_vec(),
+    )
+}
+
 /// `margins.csv`; none without limits.
 pub(super) fn csv(answers: &Answers, outcome: &Prediction) -> Result<Option<NamedFile>, ReportError> {
     let rows = rows(answers, outcome);
     if rows.is_empty() {
         return Ok(None);
     }
-    let fixed = ["part", "kind", "limit_K", "nominal_peak_K", "nominal_peak_time_s", "nominal_margin_K"];
-    let counted = ["members_above", "members", "share_above", "share_above_low", "share_above_high"];
-    let moments = ["mean_K", "standard_deviation_K", "mean_minus_3_sigma_K", "mean_plus_3_sigma_K", "maximum_K"];
-    let percentiles = ["p95", "p99", "p99.87"];
-    let percentiles = percentiles.iter().flat_map(|name| ["_K", "_low_K", "_high_K"].map(|end| format!("{name}{end}")));
-    let times = ["tolerance_95_99_K", "p95_time_above_s", "maximum_time_above_s"];
-    let heats = ["nominal_heat_load_j_m2", "mean_heat_load_j_m2", "maximum_heat_load_j_m2"];
-    let fixed = fixed.into_iter().chain(["nominal_time_above_s"]).chain(counted).chain(moments);
-    let columns = fixed.map(str::to_owned).chain(percentiles).chain(times.into_iter().chain(heats).map(str::to_owned));
-    let mut file = CsvTable::new("margins.csv", columns)?;
     let load = heat_load(answers);
-    for row in &rows {
-        let Margin { peak, margin_k, time_above_s, .. } = *row.nominal;
-        let nominal = [row.limit.limit_k, peak.temperature_k, peak.time_s, margin_k, time_above_s];
-        let of_members = row.spread.map_or(vec![f64::NAN; 22], spread_numbers);
-        let heats = [outcome.balance.hot_in_j_m2]
-            .into_iter()
-            .chain([load.map_or(f64::NAN, |load| load.mean_j_m2), load.map_or(f64::NAN, |load| load.max_j_m2)]);
-        let names = [row.part.clone(), row.limit.part.kind().to_owned()];
-        let numbers = nominal.into_iter().chain(of_members).chain(heats).map(cell);
-        file.text_row(names.into_iter().chain(numbers).collect())?;
-    }
-    for (name, highest_k) in plies_without_limit(answers, outcome) {
-        let names = [name, LimitedPart::Ply(0).kind().to_owned()];
-        let nominal = [f64::NAN, highest_k].into_iter().chain([f64::NAN; 28]);
-        file.text_row(names.into_iter().chain(nominal.map(cell)).collect())?;
-    }
-    file.finish().map(Some)
-}
-
-/// Columns of the members.
-fn spread_numbers(spread: &MarginSpread) -> Vec<f64> {
-    let (low, high) = spread.exceeding_interval.unwrap_or((f64::NAN, f64::NAN));
-    let (mean_k, three_k) = (spread.mean_k, 3.0 * spread.deviation_k);
-    let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let mut numbers = vec![spread.exceeding.count as f64, spread.exceeding.total as f64];
-    numbers.extend([spread.exceeding.fraction(), low, high]);
-    numbers.extend([mean_k, spread.deviation_k, mean_k - three_k, mean_k + three_k, spread.max_k]);
-    for percentile in &spread.percentiles {
-        numbers.extend([percentile.value_k, or_none(percentile.low_k), or_none(percentile.high_k)]);
-    }
-    numbers.extend([or_none(spread.tolerance_bound_k), spread.time_above_p95_s, spread.time_above_max_s]);
-    numbers
+    let heat_loads_j_m2 = [
+        outcome.balance.hot_in_j_m2,
+        load.map_or(f64::NAN, |load| load.mean_j_m2),
+        load.map_or(f64::NAN, |load| load.max_j_m2),
+    ];
+    let limited = rows.iter().map(|row| PartRow {
+        part: &row.part,
+        kind: row.limit.part.kind(),
+        limit_k: row.limit.limit_k,
+        peak_k: row.nominal.peak.temperature_k,
+        nominal: Some(row.nominal),
+        spread: row.spread,
+        heat_loads_j_m2,
+    });
+    let others = plies_without_limit(answers, outcome);
+    let others = others.iter().map(|(name, highest_k)| PartRow {
+        part: name,
+        kind: LimitedPart::Ply(0).kind(),
+        limit_k: f64::NAN,
+        peak_k: *highest_k,
+        nominal: None,
+        spread: None,
+        heat_loads_j_m2: [f64::NAN; 3],
+    });
+    parts_table().csv(&Names::default(), limited.chain(others)).map(Some)
 }
 
 /// The lines of the screen: the parts with the smallest margins, in the order of the case.
@@ -481,11 +552,11 @@ mod tests {
                 let column = head.iter().position(|column| column == name).unwrap_or_else(|| panic!("no {name}"));
                 rows[1][column].to_owned()
             };
-            assert_eq!((cell("limit_K"), cell("nominal_margin_K")), ("600".to_owned(), "-22.4".to_owned()));
+            assert_eq!((cell("limit_k"), cell("nominal_margin_k")), ("600".to_owned(), "-22.4".to_owned()));
             let is_swept = question == "uncertainty";
             assert_eq!(cell("members_above"), if is_swept { "4900" } else { "" });
-            assert_eq!(cell("p99.87_high_K"), "");
-            assert_eq!(cell("tolerance_95_99_K"), if is_swept { "635" } else { "" });
+            assert_eq!(cell("p99.87_high_k"), "");
+            assert_eq!(cell("tolerance_95_99_k"), if is_swept { "635" } else { "" });
         }
     }
 

@@ -33,12 +33,10 @@ mod sequential_sampling;
 mod size;
 mod svg;
 pub mod terminal;
+mod ticks;
 mod trade;
 mod uncertainty;
-mod vector;
 mod warnings;
-
-pub use vector::FigureFormat;
 
 use crate::case::Case;
 use crate::march::Backend;
@@ -86,14 +84,6 @@ pub enum ReportError {
         path: PathBuf,
         /// The error of the operating system.
         source: std::io::Error,
-    },
-    /// A figure cannot be drawn.
-    #[error("figure {id}: {message}")]
-    Figure {
-        /// Name of its file, without the extension.
-        id: String,
-        /// The error of the plotting library.
-        message: String,
     },
     /// A row of a table cannot be written.
     #[error("table {name}: {message}")]
@@ -176,27 +166,20 @@ fn backend_text(backend: &Backend) -> String {
     format!("{} {}, {}", backend.kind, backend.precision.name(), backend.name)
 }
 
-/// Write the report into a folder: `report.html`, `figures/*.svg` and the other formats of the folder, the tables, and
-/// last `summary.json`.
+/// Write the report into a folder: `report.html`, `figures/*.svg`, the tables, and last
+/// `summary.json`.
 ///
 /// An error leaves the folder unchanged: a complete report takes the place of the earlier one.
 ///
 /// # Errors
-/// When a figure cannot be drawn or the folder cannot be written.
+/// When the folder cannot be written.
 pub fn write(answers: &Answers, folder: &OutputFolder) -> Result<Vec<PathBuf>, ReportError> {
     let began = Instant::now();
     let figures = figures::in_sections(answers);
-    let mut stills = Vec::with_capacity(figures.len());
-    for (_, figure) in &figures {
-        let still = svg::draw(figure).map_err(|message| ReportError::Figure { id: figure.id.clone(), message })?;
-        stills.push(still);
-    }
+    let stills: Vec<String> = figures.iter().map(|(_, figure)| svg::draw(figure)).collect();
     let mut files: Vec<(String, Vec<u8>)> = tables::all(answers)?;
     for ((_, figure), still) in figures.iter().zip(&stills) {
         files.push((format!("figures/{}.svg", figure.id), still.as_bytes().to_vec()));
-        for format in folder.figure_formats() {
-            files.push((format!("figures/{}.{}", figure.id, format.ending()), format.file(still)));
-        }
     }
     if let Some(asked) = &answers.asked {
         files.push(("question.toml".to_owned(), asked.to_toml().into_bytes()));

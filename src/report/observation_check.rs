@@ -6,14 +6,14 @@ use super::braille::{self, Curve};
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::figures::{line, temperature_axis};
 use super::files::json::JsonObject;
-use super::files::table::{CsvTable, NamedFile};
+use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, more, with_needed, wrap};
 use super::{ReportError, format};
 use crate::case::Observation;
 use crate::study::answers::Answers;
-use crate::study::observation_check::{Channel, Flag, FlagKind, ObservationCheck};
+use crate::study::observation_check::{Channel, Drift, Flag, FlagKind, ObservationCheck};
 
 /// Rows of the plot on the screen, and the fewest.
 const PLOT_ROWS: usize = 8;
@@ -57,7 +57,10 @@ impl Reportable for ObservationCheck {
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        Ok(vec![channel_table(answers, self)?, flag_table(answers, self)?])
+        let names = Names::default();
+        let channels = self.channels.iter().map(|channel| (name(answers, channel), channel));
+        let flags = channels.clone().flat_map(|(sensor, channel)| channel.flags.iter().map(move |flag| (sensor, flag)));
+        Ok(vec![channels_table().csv(&names, channels)?, flags_table().csv(&names, flags)?])
     }
 
     fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
@@ -257,7 +260,6 @@ fn figure(answers: &Answers, outcome: &ObservationCheck) -> Figure {
     }
     Figure {
         id: "observations".to_owned(),
-        paper_reference: String::new(),
         title: "Observations as read".to_owned(),
         caption: format!("{} Samples before 0 s are kept out.", resampling(answers, outcome)),
         x: Axis::linear("Time, s").with_range(from_s, to_s),
@@ -326,52 +328,60 @@ fn page(answers: &Answers, outcome: &ObservationCheck) -> String {
     table("Channels", &head, &channels) + &table("Sampling and noise", &quality_head, &qualities) + &list(&notes)
 }
 
-fn channel_table(answers: &Answers, outcome: &ObservationCheck) -> Result<NamedFile, ReportError> {
-    let mut columns = vec![
-        "sensor",
-        "samples",
-        "earlier",
-        "later",
-        "missing",
-        "first_s",
-        "last_s",
-        "lowest_K",
-        "highest_K",
-        "interval_p5_s",
-        "interval_s",
-        "interval_p95_s",
-        "noise_K",
-        "resolution_K",
-        "drift_K_min",
-        "drift_half_width_K_min",
-        "drift_noise_K",
-    ];
-    columns.extend(FlagKind::ALL.map(FlagKind::name));
-    let mut file = CsvTable::new("observations.csv", columns)?;
-    for channel in &outcome.channels {
-        let [short_s, usual_s, long_s] = channel.interval_s.unwrap_or([f64::NAN; 3]);
-        let drift =
-            channel.drift.map_or([f64::NAN; 3], |drift| [drift.slope_k_min, drift.half_width_k_min, drift.noise_k]);
-        let counts = [channel.samples, channel.earlier, channel.later, channel.missing].map(|count| count as f64);
-        let flags = FlagKind::ALL.map(|kind| channel.flags.iter().filter(|flag| flag.kind == kind).count() as f64);
-        let values =
-            [channel.span_s.0, channel.span_s.1, channel.range_k.0, channel.range_k.1, short_s, usual_s, long_s];
-        let noise = [channel.noise_k.unwrap_or(f64::NAN), channel.resolution_k.unwrap_or(f64::NAN)];
-        let row = [&counts[..], &values, &noise, &drift, &flags].concat();
-        file.row(Some(name(answers, channel)), row)?;
+/// Name of the sensor, and its channel.
+type ChannelRow<'a> = (&'a str, &'a Channel);
+
+pub(super) fn channels_table<'a>() -> Table<ChannelRow<'a>> {
+    fn drift((_, channel): &ChannelRow<'_>, value: fn(&Drift) -> f64) -> f64 {
+        channel.drift.as_ref().map_or(f64::NAN, value)
     }
-    file.finish()
+    fn interval((_, channel): &ChannelRow<'_>, place: usize) -> f64 {
+        channel.interval_s.map_or(f64::NAN, |interval_s| interval_s[place])
+    }
+    Table::<ChannelRow<'a>>::new(
+        &["observations.csv"],
+        "One row per observed sensor (`observations`). Empty cells are numbers that a channel of few samples does not \
+         have.",
+    )
+    .text("sensor", "Sensor.", |row| row.0.to_owned())
+    .number("samples", "–", "Samples within the exposure.", |row| row.1.samples as f64)
+    .number("earlier", "–", "Samples before its start, which are kept out.", |row| row.1.earlier as f64)
+    .number("later", "–", "Samples after its end, which are kept out.", |row| row.1.later as f64)
+    .number("missing", "–", "Rows of the file without a value.", |row| row.1.missing as f64)
+    .numbers("{first,last}_s", "s", "Times of the first and of the last sample.", |row| {
+        vec![row.1.span_s.0, row.1.span_s.1]
+    })
+    .numbers("{lowest,highest}_k", "K", "Lowest and highest temperature.", |row| vec![row.1.range_k.0, row.1.range_k.1])
+    .number("interval_s", "s", "Median interval between samples.", |row| interval(row, 1))
+    .numbers("interval_{p5,p95}_s", "s", "Its 5 % and 95 % quantiles.", |row| vec![interval(row, 0), interval(row, 2)])
+    .number("noise_k", "K", "Standard deviation of the noise.", |row| row.1.noise_k.unwrap_or(f64::NAN))
+    .number("resolution_k", "K", "Smallest step between two samples.", |row| row.1.resolution_k.unwrap_or(f64::NAN))
+    .number("drift_k_min", "K/min", "Slope of the samples before the start.", |row| drift(row, |of| of.slope_k_min))
+    .number("drift_half_width_k_min", "K/min", "Half the width of its interval.", |row| {
+        drift(row, |of| of.half_width_k_min)
+    })
+    .number("drift_noise_k", "K", "Standard deviation of the samples from that line.", |row| {
+        drift(row, |of| of.noise_k)
+    })
+    .numbers(FLAGS, "–", "Flags of each kind.", |(_, channel)| {
+        let count = |kind| channel.flags.iter().filter(|flag| flag.kind == kind).count();
+        FlagKind::ALL.map(|kind| count(kind) as f64).to_vec()
+    })
 }
 
-fn flag_table(answers: &Answers, outcome: &ObservationCheck) -> Result<NamedFile, ReportError> {
-    let mut file = CsvTable::new("flags.csv", ["sensor", "flag", "from_s", "to_s", "samples", "value_K"])?;
-    for channel in &outcome.channels {
-        for flag in &channel.flags {
-            let numbers = [flag.from_s, flag.to_s, flag.samples as f64, flag.value_k].map(super::files::table::cell);
-            let [from_s, to_s, samples, value_k] = numbers;
-            let sensor = name(answers, channel).to_owned();
-            file.text_row(vec![sensor, flag.kind.name().to_owned(), from_s, to_s, samples, value_k])?;
-        }
-    }
-    file.finish()
+/// The kinds of flags, in their order.
+const FLAGS: &str = "{gap,spike,stuck,open,noisy,drift}";
+
+pub(super) fn flags_table<'a>() -> Table<(&'a str, &'a Flag)> {
+    Table::<(&'a str, &'a Flag)>::new(&["flags.csv"], "One row per flag (`observations`).")
+        .text("sensor", "Sensor.", |row| row.0.to_owned())
+        .text("flag", "Kind, as the last columns of `observations.csv`.", |row| row.1.kind.name().to_owned())
+        .numbers("{from,to}_s", "s", "First and last time.", |row| vec![row.1.from_s, row.1.to_s])
+        .number("samples", "–", "Samples, or rows without a value.", |row| row.1.samples as f64)
+        .number(
+            "value_k",
+            "K",
+            "The spike, the repeated value, the rail, the noise, or the drift over the exposure.",
+            |row| row.1.value_k,
+        )
 }

@@ -6,9 +6,7 @@ mod subset_selection;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::CsvTable;
-use super::files::table::NamedFile;
-use super::files::tables::{factor_columns, header};
+use super::files::table::{NamedFile, Names, Table};
 use super::format::clause;
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
@@ -157,17 +155,29 @@ fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &ScreenLimits
     lines
 }
 
+/// Name of the sensor, time, and change per 1 % of every factor.
+type SensitivityRow<'a> = (&'a str, f64, Vec<f64>);
+
+pub(super) fn sensitivities_table<'a>() -> Table<SensitivityRow<'a>> {
+    Table::<SensitivityRow<'a>>::new(
+        &["sensitivities.csv"],
+        "Derivatives of the temperatures, one row per sensor and instant (`sensitivity`, `study`).",
+    )
+    .text("sensor", "Sensor.", |row| row.0.to_owned())
+    .number("time_s", "s", "Time.", |row| row.1)
+    .numbers("<factor>_k_per_percent", "K/%", "Change of the temperature per 1 % of the factor.", |row| row.2.clone())
+}
+
 fn sensitivities(case: &Case, outcome: &Sensitivity) -> Result<NamedFile, ReportError> {
-    let columns = factor_columns(case, "_K_per_percent");
-    let mut table = CsvTable::new("sensitivities.csv", header(&["sensor", "time_s"], columns))?;
     let scaled: Vec<_> = (0..case.factors.len()).map(|factor| outcome.change_per_percent_k(case, factor)).collect();
-    for (index, sensor) in case.sensors.iter().enumerate() {
-        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let changes = scaled.iter().map(|factor| factor[index][at]);
-            table.row(Some(&sensor.name), std::iter::once(time_s).chain(changes))?;
-        }
-    }
-    table.finish()
+    let scaled = &scaled;
+    let rows = case.sensors.iter().enumerate().flat_map(|(index, sensor)| {
+        let instants = outcome.instants_s.iter().enumerate();
+        instants.map(move |(at, &time_s)| {
+            (sensor.name.as_str(), time_s, scaled.iter().map(|factor| factor[index][at]).collect())
+        })
+    });
+    sensitivities_table().csv(&Names::of(case), rows)
 }
 
 #[cfg(test)]
@@ -198,7 +208,7 @@ mod tests {
             });
             let mut compared = 0;
             for (name, drawn) in lines {
-                let column = head.iter().position(|column| *column == format!("{name}_K_per_percent"));
+                let column = head.iter().position(|column| *column == format!("{name}_k_per_percent"));
                 let column = column.unwrap_or_else(|| panic!("no column of {name} in {head:?}"));
                 let of_sensor = rows.iter().filter(|row| row[0] == *sensor.name);
                 let written = of_sensor.map(|row| row[column].parse::<f64>().expect("a number"));

@@ -3,7 +3,7 @@
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::figures::line;
 use super::files::json::{JsonObject, OrderedMap};
-use super::files::table::{CsvTable, NamedFile};
+use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
@@ -16,6 +16,19 @@ use crate::study::sequential_sampling::{
 };
 use crate::study::uncertainty::MembersError;
 use serde::Serialize;
+
+pub(super) fn looks_table<'a>() -> Table<&'a Look> {
+    Table::<&'a Look>::new(
+        &["looks.csv"],
+        "One row per look at the interval (`uncertainty --until`). Ends of the interval are empty where there are too few \
+         members.",
+    )
+    .number("members", "–", "Members drawn.", |look| look.members as f64)
+    .number("estimate", "K or –", "Percentile or probability.", |look| look.estimate)
+    .numbers("{low,high}", "K or –", "Its interval.", |look| {
+        [look.low, look.high].map(|end| end.unwrap_or(f64::NAN)).to_vec()
+    })
+}
 
 impl Reportable for PrecisionReached {
     fn comes_first(&self) -> bool {
@@ -101,12 +114,7 @@ impl Reportable for PrecisionReached {
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        let mut table = CsvTable::new("looks.csv", ["members", "estimate", "low", "high"])?;
-        for look in &self.looks {
-            let ends = [look.low.unwrap_or(f64::NAN), look.high.unwrap_or(f64::NAN)];
-            table.row(None, [look.members as f64, look.estimate].into_iter().chain(ends))?;
-        }
-        Ok(vec![table.finish()?])
+        Ok(vec![looks_table().csv(&Names::default(), &self.looks)?])
     }
 
     fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
@@ -357,7 +365,6 @@ fn figure(answers: &Answers, found: &PrecisionReached) -> Figure {
     let label = if is_percentile(found) { "Peak temperature, K" } else { "Probability, %" };
     Figure {
         id: "precision".to_owned(),
-        paper_reference: String::new(),
         title: format!("{} over the number of members", quantity_text(answers, found)),
         caption: format!("{} Sampling ends when the band lies between the dashed lines.", result(answers, found)),
         x: Axis::log("Members"),

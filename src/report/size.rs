@@ -5,8 +5,7 @@ mod record;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::CsvTable;
-use super::files::table::NamedFile;
+use super::files::table::{NamedFile, Names, Table};
 use super::format::{millimetres, percent_near_limits};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
@@ -14,7 +13,7 @@ use super::terminal::{Column, aligned, wrap};
 use super::{ReportError, format};
 use crate::fit::proportion::{Proportion, draws_for_ten_percent_error};
 use crate::study::answers::Answers;
-use crate::study::size::{RequiredThickness, Sizing};
+use crate::study::size::{PeakCurvePoint, RequiredThickness, Sizing};
 
 impl Reportable for Sizing {
     fn comes_first(&self) -> bool {
@@ -51,7 +50,10 @@ impl Reportable for Sizing {
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        Ok(vec![peaks_by_thickness(self)?, required_thickness(self)?])
+        let names = Names::default();
+        let curve = self.peak_curve.iter().map(|point| (self, point));
+        let members = self.member_thicknesses_m.iter().enumerate().map(|(place, &needed_m)| (self, place, needed_m));
+        Ok(vec![peaks_table().csv(&names, curve)?, members_table().csv(&names, members)?])
     }
 
     fn write_summary(&self, answers: &Answers, record: &mut JsonObject<'_>) -> Result<(), ReportError> {
@@ -364,21 +366,28 @@ fn on_screen(answers: &Answers, outcome: &Sizing) -> Vec<String> {
     lines
 }
 
-fn peaks_by_thickness(outcome: &Sizing) -> Result<NamedFile, ReportError> {
-    let mut table =
-        CsvTable::new("sizing.csv", ["thickness_m", "nominal_K", "p2.5_K", "p50_K", "p97.5_K", "share_within_limit"])?;
-    for rung in &outcome.peak_curve {
-        let share = outcome.below_limit(rung.thickness_m).fraction();
-        let peaks = [rung.thickness_m, rung.nominal.temperature_k].into_iter().chain(rung.percentiles_k);
-        table.row(None, peaks.chain([share]))?;
-    }
-    table.finish()
+/// A thickness that was marched.
+type ThicknessRow<'a> = (&'a Sizing, &'a PeakCurvePoint);
+
+pub(super) fn peaks_table<'a>() -> Table<ThicknessRow<'a>> {
+    Table::<ThicknessRow<'a>>::new(&["sizing.csv"], "One row per thickness that was marched (`size`).")
+        .number("thickness_m", "m", "Thickness of the ply.", |row| row.1.thickness_m)
+        .number("nominal_k", "K", "Peak temperature at nominal factors.", |row| row.1.nominal.temperature_k)
+        .numbers("p{2.5,50,97.5}_k", "K", "Percentiles of the peak temperature over the members.", |row| {
+            row.1.percentiles_k.to_vec()
+        })
+        .number("share_within_limit", "–", "Share of the members that stay below the limit.", |row| {
+            row.0.below_limit(row.1.thickness_m).fraction()
+        })
 }
 
-fn required_thickness(outcome: &Sizing) -> Result<NamedFile, ReportError> {
-    let mut table = CsvTable::new("required-thickness.csv", ["thickness_m", "cumulative_share"])?;
-    for (place, &needed_m) in outcome.member_thicknesses_m.iter().enumerate() {
-        table.row(None, [needed_m, (place + 1) as f64 / outcome.members as f64])?;
-    }
-    table.finish()
+/// A member: its place by thickness, and the thickness.
+type MemberRow<'a> = (&'a Sizing, usize, f64);
+
+pub(super) fn members_table<'a>() -> Table<MemberRow<'a>> {
+    Table::<MemberRow<'a>>::new(&["required-thickness.csv"], "One row per member (`size`), in ascending order.")
+        .number("thickness_m", "m", "Thickness that the member requires.", |row| row.2)
+        .number("cumulative_share", "–", "Share of the members that require no more.", |row| {
+            (row.1 + 1) as f64 / row.0.members as f64
+        })
 }

@@ -2,7 +2,7 @@
 
 mod figures;
 mod record;
-mod tables;
+pub(super) mod tables;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;

@@ -6,8 +6,7 @@ mod sensitivity_indices;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{CsvTable, NamedFile, cell};
-use super::files::tables::{factor_columns, header};
+use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{paragraph, table};
 use super::observations::misfit_text;
 use super::reportable::{Finding, MemberCounts, Reportable, ScreenLimits, Section};
@@ -15,8 +14,8 @@ use super::terminal::{Column, aligned, head, shown_sensors, wrap};
 use super::{ReportError, format};
 use crate::case::Case;
 use crate::study::answers::Answers;
-use crate::study::statistics::ConfidenceInterval;
-use crate::study::uncertainty::{MembersError, SweepError, Uncertainty};
+use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
+use crate::study::uncertainty::{MembersError, Spread, SweepError, Uncertainty};
 use crate::study::validity::UNUSABLE_MULTIPLE;
 
 impl Reportable for Uncertainty {
@@ -86,9 +85,11 @@ impl Reportable for Uncertainty {
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        let mut tables = vec![percentiles(&answers.case, self)?, shares(&answers.case, self)?];
+        let (case, names) = (&answers.case, Names::of(&answers.case));
+        let percentiles = percentiles_table().csv(&names, instants(case, self))?;
+        let mut tables = vec![percentiles, shares_table().csv(&names, instants(case, self))?];
         if self.peaks.iter().any(|peak| !peak.temperature_indices.second.is_empty()) {
-            tables.push(second_order(&answers.case, self)?);
+            tables.push(second_order_table().csv(&names, pairs(case, self))?);
         }
         Ok(tables)
     }
@@ -314,72 +315,113 @@ fn peak_indices(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> Stri
         + &explained
 }
 
-fn percentiles(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportError> {
-    let columns =
-        ["mean_K", "standard_deviation_K", "minimum_K", "p2.5_K", "p25_K", "p50_K", "p75_K", "p97.5_K", "maximum_K"];
-    let columns = columns.into_iter().chain(["simultaneous_low_K", "simultaneous_high_K"]);
-    let mut table = CsvTable::new("percentiles.csv", ["sensor", "time_s"].into_iter().chain(columns))?;
-    for (sensor, spread) in case.sensors.iter().zip(&outcome.spreads) {
-        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let percentiles = spread.percentiles_k.iter().map(|curve| curve[at]);
-            let after = [spread.high_k[at], spread.simultaneous.low_k[at], spread.simultaneous.high_k[at]];
-            let before = [time_s, spread.mean_k[at], spread.deviation_k[at], spread.low_k[at]];
-            table.row(Some(&sensor.name), before.into_iter().chain(percentiles).chain(after))?;
-        }
+/// A sensor at an instant.
+type InstantRow<'a> = (&'a str, &'a Spread, f64, usize);
+
+fn instants<'a>(case: &'a Case, outcome: &'a Uncertainty) -> impl Iterator<Item = InstantRow<'a>> {
+    case.sensors.iter().zip(&outcome.spreads).flat_map(|(sensor, spread)| {
+        let instants = outcome.instants_s.iter().enumerate();
+        instants.map(move |(at, &time_s)| (sensor.name.as_str(), spread, time_s, at))
+    })
+}
+
+pub(super) fn percentiles_table<'a>() -> Table<InstantRow<'a>> {
+    Table::<InstantRow<'a>>::new(
+        &["percentiles.csv"],
+        "One row per sensor and instant (`uncertainty`, `study`, `merge`): statistics over the members.",
+    )
+    .text("sensor", "Sensor.", |row| row.0.to_owned())
+    .number("time_s", "s", "Time.", |row| row.2)
+    .number("mean_k", "K", "Mean.", |row| row.1.mean_k[row.3])
+    .number("standard_deviation_k", "K", "Standard deviation.", |row| row.1.deviation_k[row.3])
+    .numbers("{minimum,maximum}_k", "K", "Extremes.", |row| vec![row.1.low_k[row.3], row.1.high_k[row.3]])
+    .numbers("p{2.5,25,50,75,97.5}_k", "K", "Percentiles, at each instant separately (pointwise).", |row| {
+        row.1.percentiles_k.iter().map(|curve| curve[row.3]).collect()
+    })
+    .numbers(
+        "simultaneous_{low,high}_k",
+        "K",
+        "Simultaneous band: 95 % of the members stay inside at all instants.",
+        |row| vec![row.1.simultaneous.low_k[row.3], row.1.simultaneous.high_k[row.3]],
+    )
+}
+
+pub(super) fn shares_table<'a>() -> Table<InstantRow<'a>> {
+    fn of<'r>(row: &InstantRow<'r>) -> &'r SensitivityIndices {
+        &row.1.indices[row.3]
     }
-    table.finish()
+    fn values(intervals: &[ConfidenceInterval]) -> Vec<f64> {
+        intervals.iter().map(|interval| interval.value).collect()
+    }
+    fn ends(intervals: &[ConfidenceInterval]) -> Vec<f64> {
+        let (low, high) = (intervals.iter().map(|of| of.low), intervals.iter().map(|of| of.high));
+        low.chain(high).collect()
+    }
+    Table::<InstantRow<'a>>::new(
+        &["shares.csv"],
+        "One row per sensor and instant (`uncertainty`, `study`, `merge`): sensitivity indices of the temperature.",
+    )
+    .text("sensor", "Sensor.", |row| row.0.to_owned())
+    .number("time_s", "s", "Time.", |row| row.2)
+    .numbers(
+        "<factor>_share",
+        "–",
+        "Share of the variance: squared correlations, normalised to a sum of one.",
+        |row| of(row).shares.clone(),
+    )
+    .numbers("<factor>_correlation", "–", "Pearson correlation.", |row| values(&of(row).correlations))
+    .numbers("<factor>_rank_correlation", "–", "Spearman rank correlation.", |row| values(&of(row).rank_correlations))
+    .numbers("<factor>_partial_rank_correlation", "–", "Partial rank correlation coefficient (PRCC).", |row| {
+        values(&of(row).partial_rank_correlations)
+    })
+    .numbers("<factor>_first_order", "–", "First-order Sobol index.", |row| values(&of(row).first))
+    .numbers("<factor>_first_order_{low,high}", "–", "Its interval.", |row| ends(&of(row).first))
+    .numbers("<factor>_total", "–", "Total Sobol index.", |row| values(&of(row).total))
+    .numbers("<factor>_total_{low,high}", "–", "Its interval.", |row| ends(&of(row).total))
+    .number(
+        "unexplained",
+        "–",
+        "Share of the variance that the polynomials do not explain, part of every upper end.",
+        |row| of(row).unexplained,
+    )
+}
+
+/// A pair of factors at the peak of a sensor.
+type PairRow<'a> = (&'a str, &'static str, [&'a str; 2], ConfidenceInterval);
+
+pub(super) fn second_order_table<'a>() -> Table<PairRow<'a>> {
+    Table::<PairRow<'a>>::new(
+        &["second-order.csv"],
+        "Interactions of pairs of factors, one row per sensor, quantity and pair (`uncertainty`, `study`, `merge`; not \
+         for correlated factors).",
+    )
+    .text("sensor", "Sensor.", |row| row.0.to_owned())
+    .text("quantity", "`peak` (peak temperature) or `peak_time`.", |row| row.1.to_owned())
+    .text("factor", "A factor of the pair.", |row| row.2[0].to_owned())
+    .text("other_factor", "The other one.", |row| row.2[1].to_owned())
+    .number(
+        "index",
+        "–",
+        "Second-order Sobol index: share of the variance due to the interaction of the two.",
+        |row| row.3.value,
+    )
+    .numbers("index_{low,high}", "–", "Its interval.", |row| vec![row.3.low, row.3.high])
 }
 
 /// Second-order Sobol indices of the peaks and of their times.
-fn second_order(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportError> {
-    let columns = ["sensor", "quantity", "factor", "other_factor", "index", "index_low", "index_high"];
-    let mut table = CsvTable::new("second-order.csv", columns)?;
+fn pairs<'a>(case: &'a Case, outcome: &Uncertainty) -> Vec<PairRow<'a>> {
+    let mut rows = Vec::new();
     for (sensor, peak) in case.sensors.iter().zip(&outcome.peaks) {
-        for (quantity, causes) in [("peak", &peak.temperature_indices), ("peak_time", &peak.time_indices)] {
-            for pair in sensitivity_indices::ranked_pairs(causes) {
-                let names = sensitivity_indices::pair_names(case, pair);
-                let texts = [&sensor.name, quantity].into_iter().chain(names).map(str::to_owned);
-                let ConfidenceInterval { value, low, high } = pair.index;
-                table.text_row(texts.chain([value, low, high].map(cell)).collect())?;
-            }
+        for (quantity, indices) in [("peak", &peak.temperature_indices), ("peak_time", &peak.time_indices)] {
+            let pairs = sensitivity_indices::ranked_pairs(indices).into_iter();
+            rows.extend(
+                pairs.map(|pair| {
+                    (sensor.name.as_str(), quantity, sensitivity_indices::pair_names(case, pair), pair.index)
+                }),
+            );
         }
     }
-    table.finish()
-}
-
-fn shares(case: &Case, outcome: &Uncertainty) -> Result<NamedFile, ReportError> {
-    let endings = [
-        "_share",
-        "_correlation",
-        "_rank_correlation",
-        "_partial_rank_correlation",
-        "_first_order",
-        "_first_order_low",
-        "_first_order_high",
-        "_total",
-        "_total_low",
-        "_total_high",
-    ];
-    let columns = endings.into_iter().flat_map(|ending| factor_columns(case, ending));
-    let columns = columns.chain(["unexplained".to_owned()]);
-    let mut table = CsvTable::new("shares.csv", header(&["sensor", "time_s"], columns))?;
-    for (sensor, spread) in case.sensors.iter().zip(&outcome.spreads) {
-        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let causes = &spread.indices[at];
-            let correlations = [&causes.correlations, &causes.rank_correlations, &causes.partial_rank_correlations];
-            let ends = [
-                |index: &ConfidenceInterval| index.value,
-                |index: &ConfidenceInterval| index.low,
-                |index: &ConfidenceInterval| index.high,
-            ];
-            let indices = [&causes.first, &causes.total].into_iter();
-            let indices = indices.flat_map(|of| ends.into_iter().flat_map(move |end| of.iter().map(end)));
-            let values = causes.shares.iter().copied();
-            let values = values.chain(correlations.into_iter().flatten().map(|likely| likely.value)).chain(indices);
-            table.row(Some(&sensor.name), std::iter::once(time_s).chain(values).chain([causes.unexplained]))?;
-        }
-    }
-    table.finish()
+    rows
 }
 
 #[cfg(test)]

@@ -113,8 +113,7 @@ pub struct Importance {
 }
 
 /// Estimated discretisation error of members of importance sampling, as [`SweepError`](super::uncertainty::SweepError).
-#[derive(Clone, Debug, PartialEq)]
-#[derive(serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct ImportanceError {
     /// The design points.

@@ -158,7 +158,6 @@ impl Problem {
             factors: Vec::new(),
             correlation: Default::default(),
             estimate: EstimationSettings::default(),
-            paper_figures: Vec::new(),
             reading_notes: Default::default(),
             resolution: Resolution {
                 tolerance_k: None,

@@ -49,7 +49,7 @@ fn a_joint_fit_of_two_layups_has_smaller_errors_of_shared_factors_than_either_al
     let near = |path: &str| (number(&both, path) - 2.0).abs() < 0.6;
     assert!(near("misfits.thin.TC2.estimated_rms_k") && near("misfits.thick.TC2.estimated_rms_k"), "{both:#}");
     let (fitted, page) = ("out/thin+thick/estimate/traces-thick.csv", "out/thin+thick/estimate/report.html");
-    assert!(scratch.read(fitted).starts_with("time_s,TC1_K,TC2_K,TC1_fitted_K,TC2_fitted_K"));
+    assert!(scratch.read(fitted).starts_with("time_s,TC1_k,TC2_k,TC1_fitted_k,TC2_fitted_k"));
     assert!(scratch.read(page).contains("thin and thick share all factors."));
 }
 
@@ -219,7 +219,7 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_predicts_every_sensor() 
         assert!(held > 0.85, "{case}: {held}");
     }
     let table = scratch.read("out/thin+thick/estimate/predictive-thick.csv");
-    assert!(table.starts_with("sensor,time_s,p2.5_K,p50_K,p97.5_K,with_discrepancy_p2.5_K"), "{table}");
+    assert!(table.starts_with("sensor,time_s,p2.5_k,p50_k,p97.5_k,with_discrepancy_p2.5_k"), "{table}");
     let page = scratch.read("out/thin+thick/estimate/report.html");
     assert!(page.contains("id=\"posterior\"") && page.contains("Posterior prediction of TC1 of thick"));
     assert!(estimated(&scratch, "thin", "").get("posterior").is_none());

@@ -1,7 +1,7 @@
 //! `--help`, completions, manual pages and old option names.
 
-use super::{CASE, OBSERVATIONS, command, run, wait_for};
-use crate::support::{Scratch, root, without_run};
+use super::{command, run, wait_for};
+use crate::support::{Scratch, root};
 
 /// A command and all subcommands under it, with their help.
 fn helps(scratch: &Scratch, words: &str) -> Vec<(String, String)> {
@@ -94,63 +94,4 @@ fn completions_and_manual_pages_cover_every_subcommand() {
         assert!(page.contains(".SH NAME") && page.contains("Examples:"), "{file}: {page}");
     }
     assert_eq!(scratch.files().len(), names.len());
-}
-
-#[test]
-fn old_keys_of_files_and_overrides_are_noted_once_and_leave_the_fingerprint_unchanged() {
-    let note = |renaming: &str| format!("note: {renaming}; the old name will go with version 0.2\n");
-    let scratch = Scratch::new("renamed-keys");
-    scratch.write("c/case.toml", CASE);
-    let predicted = |line: &str| {
-        let ran = run(&scratch, &format!("predict c --json {line}")).succeeded();
-        (ran.json()["sensors"].clone(), ran.stderr)
-    };
-    let (current, none) = predicted("");
-    let (set, set_note) = predicted("--set resolution.every=1s");
-    assert_eq!((set, none.as_str()), (current.clone(), ""));
-    assert_eq!(set_note, note("--set resolution.every=1s: \"every\" is now \"output_interval\""));
-    for (first, end) in [(0, 10), (10, 20)] {
-        run(&scratch, &format!("uncertainty c -n 20 --members {first}..{end} --quiet --out p")).succeeded();
-    }
-
-    scratch.write("c/case.toml", CASE.replace("output_interval", "every"));
-    let file_note = note("c/case.toml:48: \"every\" is now \"output_interval\"");
-    assert_eq!(predicted(""), (current, file_note.clone()));
-    let merged = run(&scratch, "merge p/c-0-10.json p/c-10-20.json").succeeded();
-    // The parts hold the absolute path of the case.
-    let (_, path_and_rest) = file_note.split_once("note: ").expect("a note");
-    assert!(merged.stderr.ends_with(path_and_rest) && merged.stderr.lines().count() == 1, "{}", merged.stderr);
-
-    let material = include_str!("../../data/materials/akk.toml");
-    scratch.write("akk.toml", material.replacen("mass_loss", "loss", 1));
-    let checked = run(&scratch, "materials check akk.toml").succeeded();
-    assert_eq!(checked.stderr, note("akk.toml:54: \"loss\" is now \"mass_loss\""));
-    assert!(checked.stdout.starts_with("akk.toml: ok\n"), "{}", checked.stdout);
-}
-
-#[test]
-fn old_option_names_do_what_the_new_ones_do_and_say_so() {
-    let scratch = Scratch::new("renamed");
-    scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);
-    scratch.write("d/case.toml", CASE.to_owned() + OBSERVATIONS);
-    for (old, new, line) in [
-        ("--beside", "--compare", "estimate c --beside d"),
-        (
-            "--between",
-            "--thickness-range",
-            "size c --ply BASE --limit TC2<600K --probability 0.8 -n 20 --between=2mm:9mm",
-        ),
-        ("--correlation", "--correlation-time", "twin c --study 2 --correlation 2s"),
-        ("--moves", "--mcmc-iterations", "estimate c --posterior --walkers 16 --moves 20"),
-        ("--patience", "--max-iterations", "estimate c --patience=30"),
-        ("--seek", "--quantity", "history c --knots 0 --smoothing 1 --seek flux"),
-        ("--spread", "--sampling-bounds", "uncertainty c -n 20 --spread large"),
-    ] {
-        let named_old = run(&scratch, &format!("{line} --json"));
-        let named_new = run(&scratch, &format!("{} --json", line.replace(old, new))).succeeded();
-        let note = format!("note: {old} is now {new}; the old name will go with version 0.2\n");
-        assert_eq!((named_old.code, named_old.stderr), (0, note + &named_new.stderr), "{line}");
-        let without_time = |text: &str| without_run(serde_json::from_str(text).expect("JSON"));
-        assert_eq!(without_time(&named_old.stdout), without_time(&named_new.stdout), "{line}");
-    }
 }

@@ -74,7 +74,7 @@ fn a_recovered_gas_temperature_is_in_kelvin_and_can_be_read_by_a_case() {
     let found = &summary["history"];
     let more = found["mean_k"].as_f64().expect("a mean") / found["stated_mean_k"].as_f64().expect("a mean");
     assert!((more / 1.1 - 1.0).abs() < FLUENCE_ERROR && found["quantity"] == "gas", "{found:#}");
-    assert!(scratch.read("out/history.csv").starts_with("time_s,gas_K"));
+    assert!(scratch.read("out/history.csv").starts_with("time_s,gas_k"));
     scratch.write("again/history.csv", scratch.read("out/history.csv"));
     scratch.write("again/measured.csv", scratch.read("measured.csv"));
     scratch.write("again/case.toml", convective(r#"{ file = "history.csv" }"#) + MEASURED);

@@ -283,7 +283,7 @@ fn screen_summary_and_traces_agree_on_the_mass_lost_and_omit_it_without_decompos
     let (screen, summary, head, _) = predicted(&scratch);
     assert!(!screen.contains("Mass lost"), "{screen}");
     assert!(summary.get("gauges").is_none() && summary["balance"]["mass"].is_null(), "{summary:#}");
-    assert_eq!(head, "time_s,TC1_K,TC2_K");
+    assert_eq!(head, "time_s,TC1_k,TC2_k");
 
     scratch.write("c/case.toml", decomposing_case());
     let (screen, summary, head, end) = predicted(&scratch);
@@ -352,31 +352,4 @@ fn wrong_times_of_profiles_are_refused_and_nothing_is_written() {
     let ran = run(&scratch, "uncertainty c -n 80 --members 0..40 --depth-profiles 5");
     assert!(ran.code == 2 && ran.stderr.contains("--depth-profiles"), "{}", ran.stderr);
     assert!(!scratch.path().join("out").exists());
-}
-
-#[test]
-fn figures_are_written_as_pdf_and_png_on_request_and_removed_without_it() {
-    let scratch = with_case("formats");
-    let figures = || -> Vec<String> {
-        let folder = scratch.path().join("out/c/predict/figures");
-        let names = std::fs::read_dir(folder).expect("figures").map(|entry| entry.expect("a file").file_name());
-        let mut names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    };
-    let ran = run(&scratch, "predict c --format svg,pdf,png --json --quiet").succeeded().json();
-    let all = figures();
-    for ending in [".svg", ".pdf", ".png"] {
-        assert_eq!(all.iter().filter(|name| name.ends_with(ending)).count(), all.len() / 3, "{all:?}");
-    }
-    assert!(ran["files"].as_array().is_some_and(|files| files.contains(&"figures/nominal.png".into())), "{ran:#}");
-    let png = std::fs::read(scratch.path().join("out/c/predict/figures/nominal.png")).expect("a figure");
-    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
-    assert!(scratch.read("out/c/predict/report.html").contains("figures/*.pdf"));
-    run(&scratch, "predict c --format pdf --quiet").succeeded();
-    assert_eq!(figures().len(), 2 * all.len() / 3);
-    run(&scratch, "predict c --quiet").succeeded();
-    assert_eq!(figures().len(), all.len() / 3);
-    let wrong = run(&scratch, "predict c --format gif");
-    assert!(wrong.code == 2 && wrong.stderr.contains("svg, pdf, png"), "{}", wrong.stderr);
 }

@@ -326,7 +326,7 @@ def load(folder: Path) -> Case:
     """The case of a folder."""
     path = folder / "case.toml"
     top = _Keys("case.toml", tomllib.loads(path.read_text()))
-    top.ignore("name", "note", "observations", "estimate", "paper_figures", "correlation")
+    top.ignore("name", "note", "observations", "estimate", "correlation")
     if any(factor.get("nominal", 1.0) != 1.0 for factor in top.get("factor", [])):
         raise Refused("a factor whose nominal value is not one")
     duration_s = si(top.get("duration"))

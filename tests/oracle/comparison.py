@@ -133,7 +133,7 @@ def compare(outcome: Outcome, precision: str, report: Reported, truth: Result) -
         key = f"peak of {name}"
         add(key, sensor["peak_k"] if sensor["peak_k"] is not None else np.nan, truth.numbers[key], claim, tolerance,
             truth.errors[key])  # fmt: skip
-        column = report.columns[f"{name}_K"]
+        column = report.columns[f"{name}_k"]
         true = truth.traces[name]
         add(f"reading of {name} at 0 s", float(column[0]), float(true[0]), claim, tolerance, truth.errors[name])
         i = 1 + int(np.nanargmax(np.abs(column - true)[1:]))

@@ -111,7 +111,7 @@ def differences(layup: Layup, traces: dict[str, Array], profiles: dict[str, Arra
     """Differences between this march and bondline's, relative to the largest value of each quantity."""
     values, fine = march(layup)
     n = len(layup.sensors)
-    found = {f"S{i}_K": worst(values[:, i], traces[f"S{i}_K"]) for i in range(n)}
+    found = {f"S{i}_k": worst(values[:, i], traces[f"S{i}_k"]) for i in range(n)}
     found["mass lost"] = worst(values[:, n], traces["mass_lost_kg_m2"])
     # The first two records of the flux have no two steps before them.
     found["gas flux"] = worst(values[1:, n + 1], traces["gas_flux_kg_m2_s"][1:])

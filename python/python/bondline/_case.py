@@ -112,7 +112,7 @@ class Case:
         for name, material in (materials or {}).items():
             found[f"materials/{name}.toml"] = _bondline.to_toml(content(material))
         if observations is not None:
-            columns = observations.rename(columns=lambda name: f"{name}_K")
+            columns = observations.rename(columns=lambda name: f"{name}_k")
             found["observations.csv"] = columns.to_csv(index_label="time_s")
             root.setdefault("observations", {})["file"] = "observations.csv"
         text = _bondline.to_toml(root)

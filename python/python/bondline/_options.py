@@ -15,7 +15,6 @@ _ELSEWHERE = {
     "instruction_set": "it is for tests of the command",
     "out": "write the report with the method report of the answer",
     "force": "give it to the method report of the answer",
-    "format": "only the command writes figures in other formats",
     "json": "the answer is an object; its report has summary.json",
     "quiet": "no progress is shown without progress=True",
     "limit_time": "only the command ends after a time",

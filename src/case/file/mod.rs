@@ -17,7 +17,6 @@ mod material;
 mod observation;
 mod property;
 mod references;
-mod renamed_keys;
 mod schedule;
 mod spanned_toml;
 mod table_file;
@@ -28,14 +27,13 @@ mod text_file;
 pub use files::{FileSource, Folder};
 pub use import::{ImportRecord, ImportedMaterial, MaterialColumns, PatoHeat, PatoOptions, PropertyColumns};
 
-use super::builder::{CaseBuilder, checked_figure_number};
+use super::builder::CaseBuilder;
 use super::error::{CaseError, Diagnostics, ReadResult, SourceLocation};
 use super::factor_targets::FactorTargets;
 use super::gas::BLOWING_NEEDS_GAS;
 use super::input_files::InputFiles;
 use super::own_materials::OwnMaterials;
 use super::reading_notes::ReadingNotes;
-use super::renamed_key::RenamedKey;
 use super::unit::Dimension;
 use super::{
     Case, Exposure, Face, Gas, Layup, Material, PyrometerDriver, Resolution, Schedule, Sensor, SmoothedDriver,
@@ -44,7 +42,6 @@ use crate::limits::{TEXT_FILE_MIB, read_file};
 use exposure::{BackFace, HotFace};
 use files::RecordedFiles;
 use references::{ReferenceResolver, built_in_gas_named, built_in_material_named};
-use renamed_keys::{FileKind, replace_in_path, replace_old_names};
 use schedule::{InitialTemperature, ScheduleReader, Trajectory};
 use spanned_toml::{SpannedValue, TableReader, ValueReader};
 use std::path::{Path, PathBuf};
@@ -72,7 +69,7 @@ impl Case {
         let case = case_file_path(path, &diagnostics).and_then(|file| {
             let (label, bytes) = (file.display().to_string(), read_file(&file, &TEXT_FILE_MIB));
             bytes.iter().for_each(|bytes| read.add(label.clone(), bytes));
-            let mut root = text_file::parse_toml_file(bytes, &label, FileKind::Case, &diagnostics)?;
+            let mut root = text_file::parse_toml_file(bytes, &label, &diagnostics)?;
             override_keys(&mut root, overrides, &diagnostics)?;
             let folder = Folder::new(file.parent().unwrap_or(Path::new(".")));
             let files = RecordedFiles::new(&folder, std::mem::take(&mut read));
@@ -107,7 +104,7 @@ impl Case {
         let mut read = InputFiles::default();
         read.add(id.to_owned(), text.as_bytes());
         let files = RecordedFiles::new(files, read);
-        let case = text_file::parse_toml(text, id, FileKind::Case, &diagnostics).and_then(|mut root| {
+        let case = text_file::parse_toml(text, id, &diagnostics).and_then(|mut root| {
             override_keys(&mut root, overrides, &diagnostics)?;
             read_document(&root, &files, id.to_owned(), &diagnostics)
         });
@@ -118,22 +115,19 @@ impl Case {
 /// A case that is not validated yet, its drivers as measured, and its own materials.
 type ReadCase = (CaseBuilder, (Vec<SmoothedDriver>, Option<PyrometerDriver>), OwnMaterials);
 
-/// Replace keys of a document, and then the old names of keys.
+/// Replace keys of a document.
 fn override_keys(root: &mut SpannedValue, overrides: &[(String, String)], diagnostics: &Diagnostics) -> ReadResult<()> {
     let mut paths = Vec::new();
     let applied = overrides.iter().map(|(name, value)| apply_override(root, name, value, &mut paths, diagnostics));
-    spanned_toml::collect_all(applied)?;
-    replace_old_names(root, FileKind::Case, diagnostics);
-    Ok(())
+    spanned_toml::collect_all(applied).map(drop)
 }
 
-/// The validated case, with its files and their old names.
+/// The validated case, with its files.
 fn build(read: ReadResult<ReadCase>, input_files: InputFiles, diagnostics: Diagnostics) -> Result<Case, CaseError> {
-    let (renamed_keys, unread) = (diagnostics.take_renamed_keys(), diagnostics.take_notes());
-    let recorded = diagnostics.take_channels();
+    let (unread, recorded) = (diagnostics.take_notes(), diagnostics.take_channels());
     let (builder, (drivers, pyrometer_driver), materials) = diagnostics.into_result(read)?;
     Ok(Case {
-        reading_notes: ReadingNotes { renamed_keys, unread, recorded, drivers, pyrometer_driver, materials },
+        reading_notes: ReadingNotes { unread, recorded, drivers, pyrometer_driver, materials },
         input_files,
         ..builder.build()?
     })
@@ -158,19 +152,10 @@ impl Material {
     /// # Errors
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
-        Self::load_with_renamed_keys(path).map(|(material, _)| material)
-    }
-
-    /// Read a material file, and report the keys and values that it still has under an old name.
-    ///
-    /// # Errors
-    /// As [`Material::load`].
-    pub fn load_with_renamed_keys(path: &Path) -> Result<(Self, Vec<RenamedKey>), CaseError> {
         let diagnostics = Diagnostics::default();
-        let material = document(path, FileKind::Material, &diagnostics)
-            .and_then(|root| material::material(root.reader(&diagnostics), file_id(path)));
-        let renamed_keys = diagnostics.take_renamed_keys();
-        Ok((diagnostics.into_result(material)?, renamed_keys))
+        let material =
+            document(path, &diagnostics).and_then(|root| material::material(root.reader(&diagnostics), file_id(path)));
+        diagnostics.into_result(material)
     }
 
     /// A material of the built-in database; `-` equals `_` in the id, and capital letters equal small ones.
@@ -191,8 +176,7 @@ impl Gas {
     /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
         let diagnostics = Diagnostics::default();
-        let gas = document(path, FileKind::Gas, &diagnostics)
-            .and_then(|root| gas::gas(root.reader(&diagnostics), file_id(path)));
+        let gas = document(path, &diagnostics).and_then(|root| gas::gas(root.reader(&diagnostics), file_id(path)));
         diagnostics.into_result(gas)
     }
 
@@ -207,8 +191,8 @@ impl Gas {
     }
 }
 
-fn document(file: &Path, kind: FileKind, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
-    text_file::parse_toml_file(read_file(file, &TEXT_FILE_MIB), &file.display().to_string(), kind, diagnostics)
+fn document(file: &Path, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
+    text_file::parse_toml_file(read_file(file, &TEXT_FILE_MIB), &file.display().to_string(), diagnostics)
 }
 
 /// The case file of a path, which may be a folder.
@@ -257,7 +241,6 @@ fn apply_override<'a>(
             path.push("nominal");
         }
     }
-    replace_in_path(&mut path, &location, diagnostics);
     if paths.contains(&path) {
         return Err(diagnostics.record(&location, format!("{:?} is set twice", path.join("."))));
     }
@@ -306,7 +289,6 @@ fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: Stri
     let correlation = factor::correlation(top, factors.as_deref().ok());
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
-    let paper_figures = paper_figures(top);
     let resolution = resolution(top, plies, duration_s);
     top.deny_unknown_keys();
 
@@ -340,7 +322,6 @@ fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: Stri
         correlation: correlation?,
         observations: observations?,
         estimate: estimate?,
-        paper_figures: paper_figures?,
         resolution: resolution?,
     })
 }
@@ -357,16 +338,6 @@ fn marched_layup(
         None => (layup, sensors),
     };
     Ok((layup, sensors, hot_face.face))
-}
-
-/// Report figures that reproduce figures of the paper: one or more numbers under the name of each.
-fn paper_figures(top: &TableReader<'_>) -> ReadResult<Vec<(String, Vec<usize>)>> {
-    let Some(written) = top.optional("paper_figures") else { return Ok(Vec::new()) };
-    let number = |written: ValueReader<'_>| written.require(checked_figure_number(written.number()?));
-    spanned_toml::collect_all(written.section()?.unread_keys().into_iter().map(|(figure, written)| {
-        let numbers = if written.is_list() { written.list()? } else { vec![written] };
-        Ok((figure.to_owned(), spanned_toml::collect_all(numbers.into_iter().map(number))?))
-    }))
 }
 
 /// `[resolution]`; without cells and time steps both are adapted to the tolerance.

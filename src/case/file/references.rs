@@ -2,7 +2,6 @@
 
 use super::column_choice::TimeChoice;
 use super::files::{FileSource, RecordedFiles};
-use super::renamed_keys::FileKind;
 use super::spanned_toml::{SpannedValue, ValueReader};
 use super::table_file::{ChosenColumn, Headings, TableChoice, TableFile, TimeColumn, TimeSeries};
 use super::text_file::{parse_toml, parse_toml_file};
@@ -68,7 +67,7 @@ impl<'a> ReferenceResolver<'a> {
         if let Some((path, id)) = self.own_file(written, MATERIALS)? {
             let label = self.files.label(&path);
             return self.cached_material(written, &label, || {
-                material::material(self.document(&path, FileKind::Material)?.reader(self.diagnostics), id)
+                material::material(self.document(&path)?.reader(self.diagnostics), id)
             });
         }
         let id = written.text()?;
@@ -80,7 +79,7 @@ impl<'a> ReferenceResolver<'a> {
     /// As [`material`](Self::material), with the folder `gases`.
     pub(super) fn gas(&self, written: ValueReader<'_>) -> ReadResult<Gas> {
         if let Some((path, id)) = self.own_file(written, GASES)? {
-            return gas::gas(self.document(&path, FileKind::Gas)?.reader(self.diagnostics), id);
+            return gas::gas(self.document(&path)?.reader(self.diagnostics), id);
         }
         let id = written.text()?;
         let (id, text) = written.require(library::gas_toml(id).ok_or_else(|| self.unknown(GASES, id)))?;
@@ -195,8 +194,8 @@ impl<'a> ReferenceResolver<'a> {
         self.files.label(path)
     }
 
-    fn document(&self, path: &str, kind: FileKind) -> ReadResult<SpannedValue> {
-        parse_toml_file(self.files.read(path), &self.files.label(path), kind, self.diagnostics)
+    fn document(&self, path: &str) -> ReadResult<SpannedValue> {
+        parse_toml_file(self.files.read(path), &self.files.label(path), self.diagnostics)
     }
 
     pub(super) fn table_file(
@@ -256,11 +255,11 @@ fn unknown_gas(id: &str) -> String {
 }
 
 fn built_in_material(id: &str, text: &str, diagnostics: &Diagnostics) -> ReadResult<Material> {
-    let root = parse_toml(text, &format!("data/materials/{id}.toml"), FileKind::Material, diagnostics)?;
+    let root = parse_toml(text, &format!("data/materials/{id}.toml"), diagnostics)?;
     material::material(root.reader(diagnostics), id.to_owned())
 }
 
 fn built_in_gas(id: &str, text: &str, diagnostics: &Diagnostics) -> ReadResult<Gas> {
-    let root = parse_toml(text, &format!("data/gases/{id}.toml"), FileKind::Gas, diagnostics)?;
+    let root = parse_toml(text, &format!("data/gases/{id}.toml"), diagnostics)?;
     gas::gas(root.reader(diagnostics), id.to_owned())
 }

@@ -131,43 +131,6 @@ impl SpannedValue {
         }
     }
 
-    /// Visit the values at a path; `*` is every entry of a list.
-    pub(super) fn visit(&mut self, path: &[&str], visitor: &mut dyn FnMut(&mut Self)) {
-        match (path.split_first(), &mut self.value) {
-            (None, _) => visitor(self),
-            (Some((&"*", rest)), Value::List(nodes)) => nodes.iter_mut().for_each(|node| node.visit(rest, visitor)),
-            (Some((key, rest)), Value::Table(entries)) => {
-                entries.iter_mut().filter(|entry| entry.key == *key).for_each(|entry| entry.node.visit(rest, visitor));
-            }
-            _ => {}
-        }
-    }
-
-    /// Give a key of this table its new name. Both names in one table are an error.
-    pub(super) fn rename_key(&mut self, old: &'static str, new: &'static str, diagnostics: &Diagnostics) {
-        let Value::Table(entries) = &mut self.value else { return };
-        let Some(at) = entries.iter().position(|entry| entry.key == old) else { return };
-        if entries.iter().any(|entry| entry.key == new) {
-            let Entry { location, .. } = entries.remove(at);
-            diagnostics
-                .record(&location, format!("{old:?} is the old name of {new:?}: expected {new:?} alone, found both"));
-            return;
-        }
-        diagnostics.record_renamed(&entries[at].location, old, new);
-        entries[at].key = new.to_owned();
-    }
-
-    /// Give a text its new name.
-    pub(super) fn rename_text(&mut self, old: &'static str, new: &'static str, diagnostics: &Diagnostics) {
-        match &mut self.value {
-            Value::Text(text) if text == old => {
-                diagnostics.record_renamed(&self.location, old, new);
-                new.clone_into(text);
-            }
-            _ => {}
-        }
-    }
-
     pub(super) fn reader<'a>(&'a self, diagnostics: &'a Diagnostics) -> ValueReader<'a> {
         ValueReader { node: self, diagnostics }
     }

@@ -1,6 +1,5 @@
 //! Decoding of text files.
 
-use super::renamed_keys::{FileKind, replace_old_names};
 use super::spanned_toml::SpannedValue;
 use crate::case::error::{Diagnostics, ReadResult, SourceLocation, unreadable_file_message};
 use crate::limits::{Limit, TEXT_FILE_MIB};
@@ -10,22 +9,14 @@ use std::io;
 pub(super) fn parse_toml_file(
     bytes: io::Result<Vec<u8>>,
     label: &str,
-    kind: FileKind,
     diagnostics: &Diagnostics,
 ) -> ReadResult<SpannedValue> {
-    parse_toml(&decode_text_file(bytes, label, &TEXT_FILE_MIB, diagnostics)?, label, kind, diagnostics)
+    parse_toml(&decode_text_file(bytes, label, &TEXT_FILE_MIB, diagnostics)?, label, diagnostics)
 }
 
-/// Parse the text of a TOML file, with new names for old ones.
-pub(super) fn parse_toml(
-    text: &str,
-    label: &str,
-    kind: FileKind,
-    diagnostics: &Diagnostics,
-) -> ReadResult<SpannedValue> {
-    let mut root = SpannedValue::parse_document(text, label, diagnostics)?;
-    replace_old_names(&mut root, kind, diagnostics);
-    Ok(root)
+/// Parse the text of a TOML file.
+pub(super) fn parse_toml(text: &str, label: &str, diagnostics: &Diagnostics) -> ReadResult<SpannedValue> {
+    SpannedValue::parse_document(text, label, diagnostics)
 }
 
 /// The text of a table: in Windows-1252, which has the letters of Latin-1, if it is not in UTF-8. A note says so.

@@ -1,25 +1,6 @@
 //! Options with a fixed list of values.
 
-use crate::report::FigureFormat;
 use clap::ValueEnum;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FormatArg {
-    /// Vector graphics for browsers
-    Svg,
-    /// Vector graphics for documents
-    Pdf,
-    /// Pixels, 1,800 by 1,040
-    Png,
-}
-
-impl FormatArg {
-    /// The formats of figures beside SVG.
-    pub fn beside_svg(formats: &[Self]) -> Vec<FigureFormat> {
-        let others = [(Self::Pdf, FigureFormat::Pdf), (Self::Png, FigureFormat::Png)];
-        others.into_iter().filter(|(given, _)| formats.contains(given)).map(|(_, format)| format).collect()
-    }
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum KeepArg {

@@ -1,6 +1,5 @@
 //! Options of `merge` and of `repeat`.
 
-use super::FormatArg;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -11,7 +10,7 @@ pub struct MergeArgs {
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
     /// List the members that no part has, and write no report
-    #[arg(long, conflicts_with_all = ["case", "out", "force", "json", "max_failed", "format"])]
+    #[arg(long, conflicts_with_all = ["case", "out", "force", "json", "max_failed"])]
     pub missing: bool,
     /// Path of the case, if it has moved since the parts were computed
     #[arg(long)]
@@ -25,9 +24,6 @@ pub struct MergeArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
-    /// Formats of the figures, as svg,pdf,png; SVG is always written [default: svg]
-    #[arg(long, value_enum, value_delimiter = ',')]
-    pub format: Vec<FormatArg>,
     /// Maximum number of failed members before exit code 1 [default: 1 % of all]
     #[arg(long)]
     pub max_failed: Option<usize>,

@@ -10,10 +10,9 @@ mod examples;
 mod import;
 mod init;
 mod merge;
-pub mod renamed;
 mod resume;
 
-pub use choices::{DirectionArg, FormatArg, KeepArg, OutsideArg, PatoHeatArg, TemplateArg};
+pub use choices::{DirectionArg, KeepArg, OutsideArg, PatoHeatArg, TemplateArg};
 pub use import::{ImportCommand, PatoArgs, RecordArgs, TableArgs};
 pub use init::InitArgs;
 pub use merge::{MergeArgs, RepeatArgs};
@@ -251,9 +250,6 @@ pub struct CaseArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
-    /// Formats of the figures, as svg,pdf,png; SVG is always written [default: svg]
-    #[arg(long, value_enum, value_delimiter = ',')]
-    pub format: Vec<FormatArg>,
     /// End after this time, such as "2 h": a sweep with the members so far, other studies without an answer
     #[arg(id = "limit_time", long = "limit-time", value_name = "TIME", value_parser = time::parse)]
     pub limit_time_s: Option<f64>,

@@ -31,7 +31,6 @@ fn coverage(outcome: &CoverageStudy) -> Figure {
     });
     Figure {
         id: "coverage".to_owned(),
-        paper_reference: String::new(),
         title: "Coverage of the 95 % intervals".to_owned(),
         caption: format!("{} Bars: binomial 95 % intervals.", coverage_study::coverage(outcome)),
         x: Axis::categories("", factors.iter().map(|factor| factor.name.clone()).collect()),
@@ -62,7 +61,6 @@ fn estimate_errors(outcome: &CoverageStudy, place: usize) -> Figure {
     }
     Figure {
         id: file_name("estimates", name),
-        paper_reference: String::new(),
         title: format!("Errors of the estimates of {name}"),
         caption: format!(
             "Each point is a synthetic data set, with its 95 % interval. Bias {} (standard error {}), RMSE {}.",

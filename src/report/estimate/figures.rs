@@ -79,7 +79,6 @@ fn fit(
     };
     Figure {
         id: file_name("fit", name),
-        paper_reference: String::new(),
         title: format!("{name} with the nominal and the estimated factors"),
         caption: format!("{text} Error bars: two standard deviations of the measurement; samples are thinned."),
         x: time_axis(case),
@@ -110,7 +109,6 @@ fn fit_in_window(
     let samples = Observation { times_s, temperatures_k, sigma_k, ..seen.clone() };
     Figure {
         id: file_name("fit-window", name),
-        paper_reference: String::new(),
         title: format!("{name} in the data window"),
         caption: format!(
             "The part of the traces that the estimate uses, from {} to {}.",
@@ -161,7 +159,6 @@ fn design_space(outcome: &ParameterEstimates, landscape: &Landscape) -> [Figure;
     let minima = landscape.minima().len();
     let figure = |id: &str, title: &str, caption: String, layers: Vec<Layer>| Figure {
         id: id.to_owned(),
-        paper_reference: String::new(),
         title: title.to_owned(),
         caption,
         x: axis(0),
@@ -205,7 +202,6 @@ fn objective_by_iteration(outcome: &ParameterEstimates) -> Figure {
     let y: Vec<f64> = outcome.iterations.iter().map(|turn| turn.objective).collect();
     Figure {
         id: "objective".to_owned(),
-        paper_reference: String::new(),
         title: "Objective by iteration".to_owned(),
         caption: format!(
             "S falls from {} to {} in {}. Termination: {}. {}",
@@ -256,7 +252,6 @@ fn residuals(answers: &Answers, case: &Case, outcome: &ParameterEstimates, fitte
     }
     Figure {
         id: if answers.other_cases.is_empty() { "residuals".to_owned() } else { file_name("residuals", &case.id) },
-        paper_reference: String::new(),
         title: if answers.other_cases.is_empty() {
             "Residuals".to_owned()
         } else {

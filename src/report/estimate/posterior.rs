@@ -11,12 +11,11 @@ pub(super) use record::PosteriorRecord;
 use crate::case::Case;
 use crate::fit::ChainDiagnostics;
 use crate::report::figures::file_name;
-use crate::report::files::table::CsvTable;
-use crate::report::files::table::NamedFile;
+use crate::report::files::table::{NamedFile, Names, Table};
 use crate::report::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::estimate::{Estimand, ParameterEstimates};
-use crate::study::posterior::{Posterior, PosteriorMarginal, PosteriorPredictive, SensorPredictive};
+use crate::study::posterior::{Posterior, PosteriorMarginal, PosteriorPredictive, PredictiveBand, SensorPredictive};
 
 /// Settings and convergence of the Markov chains.
 pub(super) fn mcmc_summary(outcome: &Posterior) -> String {
@@ -210,47 +209,73 @@ pub(super) fn tables(
     found: &ParameterEstimates,
     outcome: &Posterior,
 ) -> Result<Vec<NamedFile>, ReportError> {
-    let mut tables = vec![samples_table(found, outcome)?, chains_table(found, outcome)?];
+    let names = Names::of_factors(found.factors.iter().map(|factor| &factor.factor.name));
+    let samples = samples_table().csv(&names, outcome.draws.iter().map(Vec::as_slice))?;
+    let mut tables = vec![samples, chains_table().csv(&names, chain_rows(outcome))?];
     for (which, (case, of)) in answers.cases().zip(&outcome.predicted).enumerate() {
         let name = if which == 0 { "predictive".to_owned() } else { file_name("predictive", &case.id) };
-        tables.push(predictive_table(&format!("{name}.csv"), case, of)?);
+        tables.push(predictive_table().csv_as(&format!("{name}.csv"), &names, predictive_rows(case, of))?);
     }
     Ok(tables)
 }
 
-fn samples_table(found: &ParameterEstimates, outcome: &Posterior) -> Result<NamedFile, ReportError> {
-    let names = found.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = CsvTable::new("posterior.csv", names)?;
-    for draw in &outcome.draws {
-        table.row(None, draw.iter().copied())?;
-    }
-    table.finish()
+pub(in crate::report) fn samples_table<'a>() -> Table<&'a [f64]> {
+    Table::<&'a [f64]>::new(&["posterior.csv"], "One row per posterior sample (`estimate --posterior`).").numbers(
+        "<factor>",
+        "–",
+        "Value of the factor.",
+        |row| row.to_vec(),
+    )
 }
 
-fn chains_table(found: &ParameterEstimates, outcome: &Posterior) -> Result<NamedFile, ReportError> {
-    let names = found.factors.iter().map(|factor| factor.factor.name.as_str());
-    let mut table = CsvTable::new("chains.csv", ["walker", "iteration"].into_iter().chain(names))?;
-    for (place, walker) in outcome.chains.walkers.iter().enumerate() {
-        for (at, &iteration) in outcome.chains.iterations.iter().enumerate() {
-            let values = outcome.chains.values.iter().map(|traces| traces[place][at]);
-            table.row(Some(&walker.to_string()), std::iter::once(iteration as f64).chain(values))?;
-        }
-    }
-    table.finish()
+/// Index of a walker, iteration, and the values.
+type ChainRow = (usize, usize, Vec<f64>);
+
+pub(in crate::report) fn chains_table() -> Table<ChainRow> {
+    Table::<ChainRow>::new(
+        &["chains.csv"],
+        "Markov chains of a posterior, one row per walker and iteration (`estimate --posterior`): at most 8 walkers and \
+         500 iterations of each, with the burn-in.",
+    )
+    .number("walker", "–", "Index of the walker.", |row| row.0 as f64)
+    .number("iteration", "–", "Iteration, counted from 1.", |row| row.1 as f64)
+    .numbers("<factor>", "–", "Value of the factor.", |row| row.2.clone())
 }
 
-fn predictive_table(name: &str, case: &Case, outcome: &PosteriorPredictive) -> Result<NamedFile, ReportError> {
-    let columns =
-        ["p2.5_K", "p50_K", "p97.5_K", "with_discrepancy_p2.5_K", "with_discrepancy_p50_K", "with_discrepancy_p97.5_K"];
-    let mut table = CsvTable::new(name, ["sensor", "time_s"].into_iter().chain(columns))?;
-    for (sensor, found) in case.sensors.iter().zip(&outcome.sensors) {
-        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let of = [&found.parameters, &found.discrepancy];
-            let curves = of.iter().flat_map(|band| [band.low_k[at], band.median_k[at], band.high_k[at]]);
-            table.row(Some(&sensor.name), std::iter::once(time_s).chain(curves))?;
-        }
+fn chain_rows(outcome: &Posterior) -> impl Iterator<Item = ChainRow> {
+    outcome.chains.walkers.iter().enumerate().flat_map(move |(place, &walker)| {
+        outcome.chains.iterations.iter().enumerate().map(move |(at, &iteration)| {
+            (walker, iteration, outcome.chains.values.iter().map(|traces| traces[place][at]).collect())
+        })
+    })
+}
+
+/// Sensor, its bands, time and index of the instant.
+type PredictiveRow<'a> = (&'a str, &'a SensorPredictive, f64, usize);
+
+pub(in crate::report) fn predictive_table<'a>() -> Table<PredictiveRow<'a>> {
+    fn at(band: &PredictiveBand, instant: usize) -> Vec<f64> {
+        vec![band.low_k[instant], band.median_k[instant], band.high_k[instant]]
     }
-    table.finish()
+    Table::<PredictiveRow<'a>>::new(
+        &["predictive.csv", "predictive-<case>.csv"],
+        "One row per sensor and instant (`estimate --posterior`): posterior predictive percentiles.",
+    )
+    .text("sensor", "Sensor.", |row| row.0.to_owned())
+    .number("time_s", "s", "Time.", |row| row.2)
+    .numbers("p{2.5,50,97.5}_k", "K", "Percentiles from the uncertainty of the factors alone.", |row| {
+        at(&row.1.parameters, row.3)
+    })
+    .numbers("with_discrepancy_p{2.5,50,97.5}_k", "K", "Percentiles with model discrepancy.", |row| {
+        at(&row.1.discrepancy, row.3)
+    })
+}
+
+fn predictive_rows<'a>(case: &'a Case, outcome: &'a PosteriorPredictive) -> impl Iterator<Item = PredictiveRow<'a>> {
+    case.sensors.iter().zip(&outcome.sensors).flat_map(|(sensor, found)| {
+        let instants = outcome.instants_s.iter().enumerate();
+        instants.map(move |(at, &time_s)| (sensor.name.as_str(), found, time_s, at))
+    })
 }
 
 /// Paragraph on the method.

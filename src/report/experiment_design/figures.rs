@@ -54,7 +54,6 @@ fn over_depth_and_time(answers: &Answers, outcome: &ExperimentDesign) -> Figure 
     let back_mm = 1e3 * case.layup.faces_m().last().copied().unwrap_or_default();
     Figure {
         id: "design-information".to_owned(),
-        paper_reference: String::new(),
         title: format!("Information over depth and time, {}", scenario_text(&outcome.scenarios[0])),
         caption: "Information of a sample at nominal factors: sum over the factors of the squared change of the \
                   temperature by one prior standard deviation, over the variance of a sample. Each contour is twice \
@@ -85,7 +84,6 @@ fn over_depth(answers: &Answers, outcome: &ExperimentDesign) -> Figure {
     let chosen = depths_text(answers, &outcome.scenarios[0], &outcome.scenarios[0].designs[0]);
     Figure {
         id: "design-depths".to_owned(),
-        paper_reference: String::new(),
         title: "Sensitivity of a thermocouple over its depth".to_owned(),
         caption: format!(
             "Root of the sum over the samples of the squared change by one prior standard deviation, over the standard \
@@ -109,7 +107,6 @@ fn over_sensors(outcome: &ExperimentDesign) -> Figure {
     }
     Figure {
         id: "design-sensors".to_owned(),
-        paper_reference: String::new(),
         title: "Expected standard errors over the number of thermocouples".to_owned(),
         caption: format!(
             "In per cent of the prior standard deviation, for the best design of each number. With {}: {}.",

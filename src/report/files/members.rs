@@ -2,8 +2,8 @@
 //! members. Columns are not compressed, so that any reader can open them.
 
 use super::super::ReportError;
-use super::io_error;
 use super::temporary::TemporaryPath;
+use super::{contents, io_error};
 use crate::study::checksum::Checksum;
 use crate::study::nominal::Peak;
 use crate::study::row_journal::RowJournal;
@@ -44,7 +44,7 @@ pub struct MembersFile {
     sensors: usize,
 }
 
-/// `traces.parquet`: `member` (int64), `time_s`, then `TC1_K` … (double), one row per member and instant; failed
+/// `traces.parquet`: `member` (int64), `time_s`, then `TC1_k` … (double), one row per member and instant; failed
 /// members are omitted.
 pub struct TracesFile {
     columns: ParquetColumns,
@@ -57,15 +57,14 @@ impl MembersFile {
     /// # Errors
     /// When the file cannot be created or two columns have the same name.
     pub fn create<S: AsRef<str>>(path: &Path, factors: &[S], sensors: &[S]) -> Result<Self, ReportError> {
-        let mut names = vec!["member".to_owned(), "status".to_owned()];
+        let mut names = vec![contents::MEMBER.to_owned(), contents::STATUS.to_owned()];
         names.extend(factors.iter().map(|factor| factor.as_ref().to_owned()));
         for sensor in sensors {
-            names.push(format!("{}_peak_k", sensor.as_ref()));
-            names.push(format!("{}_peak_time_s", sensor.as_ref()));
+            names.extend([contents::PEAK, contents::PEAK_TIME].map(|name| name.replace("<sensor>", sensor.as_ref())));
         }
         let whole = |name: &str| match name {
-            "member" => Physical::INT64,
-            "status" => Physical::INT32,
+            contents::MEMBER => Physical::INT64,
+            contents::STATUS => Physical::INT32,
             _ => Physical::DOUBLE,
         };
         Ok(Self { columns: ParquetColumns::create(path, &names, whole)?, sensors: sensors.len() })
@@ -118,9 +117,9 @@ impl TracesFile {
     /// # Errors
     /// When the file cannot be created or two columns have the same name.
     pub fn create<S: AsRef<str>>(path: &Path, sensors: &[S], instants_s: &[f64]) -> Result<Self, ReportError> {
-        let mut names = vec!["member".to_owned(), "time_s".to_owned()];
-        names.extend(sensors.iter().map(|sensor| format!("{}_K", sensor.as_ref())));
-        let whole = |name: &str| if name == "member" { Physical::INT64 } else { Physical::DOUBLE };
+        let mut names = vec![contents::MEMBER.to_owned(), contents::TIME.to_owned()];
+        names.extend(sensors.iter().map(|sensor| contents::TEMPERATURE.replace("<sensor>", sensor.as_ref())));
+        let whole = |name: &str| if name == contents::MEMBER { Physical::INT64 } else { Physical::DOUBLE };
         Ok(Self { columns: ParquetColumns::create(path, &names, whole)?, instants_s: instants_s.to_vec() })
     }
 

@@ -1,6 +1,7 @@
 //! The output folder of a case. A report appears as a whole: it is built under a temporary name, and takes the place of
 //! the earlier one by one rename.
 
+pub(super) mod contents;
 pub(super) mod json;
 mod lock;
 pub mod members;
@@ -14,7 +15,7 @@ mod temporary;
 
 pub use members::{MemberRow, MembersFile, TracesFile};
 
-use super::{FigureFormat, ReportError};
+use super::ReportError;
 use crate::case::Case;
 use crate::study::twin::SyntheticData;
 use lock::{PathLock, Sharing};
@@ -35,7 +36,6 @@ pub struct OutputFolder {
     staged: TemporaryPath,
     /// Names of the files written apart from the report.
     reserved: Vec<String>,
-    figure_formats: Vec<FigureFormat>,
     /// Whether files of the user may be overwritten.
     force: bool,
     /// Files of the user that got another name, with it.
@@ -119,17 +119,7 @@ impl OutputFolder {
         let place = Place::open(path, case, force)?;
         let lock = place.lock(Sharing::Exclusive)?;
         let staged = TemporaryPath::new_in(&place.workspace);
-        let (reserved, figure_formats, renamed) = (Vec::new(), Vec::new(), RefCell::default());
-        Ok(Self { staged, reserved, figure_formats, force, renamed, _lock: lock, place })
-    }
-
-    /// Write figures in these formats too, beside SVG.
-    pub fn set_figure_formats(&mut self, formats: Vec<FigureFormat>) {
-        self.figure_formats = formats;
-    }
-
-    pub(super) fn figure_formats(&self) -> &[FigureFormat] {
-        &self.figure_formats
+        Ok(Self { staged, reserved: Vec::new(), force, renamed: RefCell::default(), _lock: lock, place })
     }
 
     /// Path of a file that is written during the study, such as `members.parquet`. It gets its place in the folder with
@@ -229,14 +219,14 @@ pub fn check_writable(folder: &Path) -> Result<(), ReportError> {
     temporary::check_writable(existing).map_err(io_error("making a file in", existing))
 }
 
-/// Write synthetic observations as a table that a case can read: `time_s`, then `TC1_K` … to a microkelvin.
+/// Write synthetic observations as a table that a case can read: `time_s`, then `TC1_k` … to a microkelvin.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write_observations(path: &Path, case: &Case, twin: &SyntheticData) -> Result<(), ReportError> {
     let mut text = String::from("time_s");
     for sensor in &case.sensors {
-        text += &format!(",{}_K", sensor.name);
+        text += &format!(",{}_k", sensor.name);
     }
     text.push('\n');
     for (instant, time_s) in twin.instants_s.iter().enumerate() {

@@ -1,10 +1,11 @@
-//! The CSV tables of a report; `docs/reference/outputs.md` lists their columns.
+//! The CSV tables of a report.
 
-use super::table::{CsvTable, NamedFile};
+use super::table::{NamedFile, Names, Table};
 use crate::case::Case;
 use crate::report::{ReportError, reportable};
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
+use crate::traces::Gauge;
 
 /// Every table.
 ///
@@ -15,7 +16,7 @@ pub(in crate::report) fn all(answers: &Answers) -> Result<Vec<NamedFile>, Report
     let each = reportable::all(answers);
     if let Some(nominal) = answers.nominal_march() {
         let fitted = each.iter().find_map(|answer| answer.fitted());
-        tables.push(traces_table("traces.csv", &answers.case, nominal, fitted)?);
+        tables.push(traces_file("traces.csv", &answers.case, nominal, fitted)?);
     }
     for answer in each {
         tables.extend(answer.tables(answers)?);
@@ -23,35 +24,63 @@ pub(in crate::report) fn all(answers: &Answers) -> Result<Vec<NamedFile>, Report
     Ok(tables)
 }
 
-/// A column per factor, named with this suffix.
-pub(in crate::report) fn factor_columns(case: &Case, ending: &str) -> impl Iterator<Item = String> {
-    case.factors.iter().map(move |factor| format!("{}{ending}", factor.name))
+/// An instant of the nominal march, and of the fitted one if there is any.
+type TraceRow<'a> = (&'a Prediction, Option<&'a Prediction>, usize);
+
+pub(super) fn traces_table<'a>() -> Table<TraceRow<'a>> {
+    fn gauge((march, _, instant): &TraceRow<'_>, gauge: Gauge) -> f64 {
+        let trace = march.gauge_traces.iter().find(|trace| trace.gauge == gauge);
+        trace.map_or(f64::NAN, |trace| trace.values[*instant])
+    }
+    fn temperatures(march: &Prediction, instant: usize) -> Vec<f64> {
+        march.temperatures_k.iter().map(|trace| trace[instant]).collect()
+    }
+    Table::<TraceRow<'a>>::new(
+        &["traces.csv", "traces-<case>.csv"],
+        "Temperatures over time, one row per instant (every command that marches a nominal case). The columns after the \
+         sensors exist where plies decompose or gas moves. `traces-<case>.csv` is that of a further case of an estimate.",
+    )
+    .number("time_s", "s", "Time.", |row| row.0.instants_s[row.2])
+    .numbers("<sensor>_k", "K", "Temperature at nominal factors.", |row| temperatures(row.0, row.2))
+    .numbers(FITTED, "K", "Temperature at the estimated factors (`estimate`, `study`).", |row| {
+        row.1.map_or(Vec::new(), |fitted| temperatures(fitted, row.2))
+    })
+    .number("gas_flux_kg_m2_s", "kg/m²/s", "Gas flux out of the hot face; negative into it.", |row| {
+        gauge(row, Gauge::GasFlux)
+    })
+    .number("mass_lost_kg_m2", "kg/m²", "Solid mass lost since the start.", |row| gauge(row, Gauge::MassLost))
+    .number(
+        "virgin_front_m",
+        "m",
+        "Depth down to which 2 % of the decomposable mass is lost; 0 before.",
+        |row| gauge(row, Gauge::VirginFront),
+    )
+    .number(
+        "char_front_m",
+        "m",
+        "Depth down to which 98 % of the decomposable mass is lost; 0 before.",
+        |row| gauge(row, Gauge::CharFront),
+    )
+    .number("peak_pressure_pa", "Pa", "Highest gas pressure in the layup.", |row| gauge(row, Gauge::PeakPressure))
+    .number("back_pressure_pa", "Pa", "Gas pressure at the back face.", |row| gauge(row, Gauge::BackPressure))
 }
 
-pub(in crate::report) fn header(first: &[&str], rest: impl IntoIterator<Item = String>) -> Vec<String> {
-    first.iter().map(|&column| column.to_owned()).chain(rest).collect()
-}
+const FITTED: &str = "<sensor>_fitted_k";
 
-pub(in crate::report) fn traces_table(
+pub(in crate::report) fn traces_file(
     name: &str,
     case: &Case,
     nominal: &Prediction,
     fitted: Option<&Prediction>,
 ) -> Result<NamedFile, ReportError> {
-    let names = |ending: &str| -> Vec<String> {
-        case.sensors.iter().map(|sensor| format!("{}{ending}", sensor.name)).collect()
-    };
-    let after = if fitted.is_some() { names("_fitted_K") } else { Vec::new() };
-    let gauges = nominal.gauge_traces.iter().map(|reading| reading.gauge.name().to_owned());
-    let columns = names("_K").into_iter().chain(after).chain(gauges);
-    let mut table = CsvTable::new(name, header(&["time_s"], columns))?;
-    for (instant, &time_s) in nominal.instants_s.iter().enumerate() {
-        let before = nominal.temperatures_k.iter().map(|trace| trace[instant]);
-        let after = fitted.into_iter().flat_map(|march| &march.temperatures_k).map(|trace| trace[instant]);
-        let gauges = nominal.gauge_traces.iter().map(|reading| reading.values[instant]);
-        table.row(None, std::iter::once(time_s).chain(before).chain(after).chain(gauges))?;
+    let is_absent = |gauge: &&str| nominal.gauge_traces.iter().all(|trace| trace.gauge.name() != *gauge);
+    let gauges = Gauge::ALL.map(Gauge::name);
+    let mut absent: Vec<&str> = gauges.iter().copied().filter(|gauge| is_absent(&gauge)).collect();
+    if fitted.is_none() {
+        absent.push(FITTED);
     }
-    table.finish()
+    let rows = (0..nominal.instants_s.len()).map(|instant| (nominal, fitted, instant));
+    traces_table().without(&absent).csv_as(name, &Names::of(case), rows)
 }
 
 #[cfg(test)]
@@ -71,8 +100,8 @@ mod tests {
     #[test]
     fn the_traces_of_an_estimate_have_the_nominal_and_the_fitted_march() {
         let (head, rows) = table("traces.csv");
-        assert_eq!(head[..5], ["time_s", "TC1_K", "TC2_K", "TC3_K", "TC4_K"]);
-        assert_eq!(head[8], "TC4_fitted_K");
+        assert_eq!(head[..5], ["time_s", "TC1_k", "TC2_k", "TC3_k", "TC4_k"]);
+        assert_eq!(head[8], "TC4_fitted_k");
         let outcomes = fixture::outcomes();
         assert_eq!(rows.len(), outcomes.nominal.instants_s.len());
         let read: f64 = rows[120][4].parse().expect("a number");
@@ -84,14 +113,14 @@ mod tests {
     fn gauges_follow_the_sensors_only_where_gas_moves() {
         let outcomes = fixture::outcomes();
         let of = |outcomes: &fixture::StudyFixture| {
-            let (_, bytes) = traces_table("traces.csv", &outcomes.case, &outcomes.nominal, None).expect("a table");
+            let (_, bytes) = traces_file("traces.csv", &outcomes.case, &outcomes.nominal, None).expect("a table");
             String::from_utf8(bytes).expect("text")
         };
-        assert!(of(&outcomes).starts_with("time_s,TC1_K,TC2_K,TC3_K,TC4_K\n"));
+        assert!(of(&outcomes).starts_with("time_s,TC1_k,TC2_k,TC3_k,TC4_k\n"));
         let charring = of(&outcomes.charring());
         let mut lines = charring.lines();
         let ending =
-            "TC4_K,gas_flux_kg_m2_s,mass_lost_kg_m2,virgin_front_m,char_front_m,peak_pressure_pa,back_pressure_pa";
+            "TC4_k,gas_flux_kg_m2_s,mass_lost_kg_m2,virgin_front_m,char_front_m,peak_pressure_pa,back_pressure_pa";
         assert!(lines.next().is_some_and(|head| head.ends_with(ending)));
         let at_40_s = lines.find(|line| line.starts_with("40,")).expect("a row for 40 s");
         assert!(at_40_s.ends_with(",0.009,0.18,0.0035,0.00175,9010,8260"), "{at_40_s}");
@@ -101,7 +130,7 @@ mod tests {
     fn percentiles_ascend_in_every_row() {
         let (_, rows) = table("percentiles.csv");
         for row in rows.iter().filter(|row| row[3] != "0") {
-            let values: Vec<f64> = row[4..11].iter().map(|cell| cell.parse().expect("a number")).collect();
+            let values: Vec<f64> = row[6..11].iter().map(|cell| cell.parse().expect("a number")).collect();
             assert!(values.is_sorted(), "{row:?}");
         }
     }

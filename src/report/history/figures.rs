@@ -32,7 +32,6 @@ fn flux(answers: &Answers, outcome: &FluxInversion) -> Figure {
     let found_values = values(&outcome.values);
     Figure {
         id: "history-flux".to_owned(),
-        paper_reference: String::new(),
         title: format!("{}, estimated", unit.title),
         caption: format!("{} {}", finding(answers, outcome), band_explanation()),
         x: Axis::linear("Time, s").with_range(0.0, outcome.end_s),
@@ -90,7 +89,6 @@ fn residuals(answers: &Answers, outcome: &FluxInversion) -> Figure {
         .collect();
     Figure {
         id: "history-residuals".to_owned(),
-        paper_reference: String::new(),
         title: "Residuals of the estimated heating".to_owned(),
         caption: format!("{}. Error bars: one standard deviation of the measurement.", format::list(&each)),
         x: Axis::linear("Time, s").with_range(0.0, outcome.end_s),
@@ -104,7 +102,6 @@ fn weight_selection(outcome: &FluxInversion) -> Figure {
     let chosen = outcome.weights.iter().filter(|at| at.weight == outcome.weight);
     Figure {
         id: "history-smoothing".to_owned(),
-        paper_reference: String::new(),
         title: "Probability of the regularisation weight".to_owned(),
         caption: format!(
             "{} The probabilities are those of the restricted likelihood, summed over models of the noise; at a weight \

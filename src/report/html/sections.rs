@@ -41,11 +41,6 @@ pub(super) fn all(
 }
 
 fn figure_html(index: usize, figure: &Figure, still: &str, caption_first: bool) -> String {
-    let tag = if figure.paper_reference.is_empty() {
-        String::new()
-    } else {
-        format!(" <span class=\"tag\">{}</span>", escaped(&figure.paper_reference))
-    };
     let title = escaped(&figure.title);
     let chart = format!(
         "<div class=\"chart\" data-chart=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
@@ -53,5 +48,5 @@ fn figure_html(index: usize, figure: &Figure, still: &str, caption_first: bool) 
     );
     let caption = format!("<figcaption>{}</figcaption>\n", escaped(&figure.caption));
     let content = if caption_first { caption + &chart } else { chart + &caption };
-    format!("<figure>\n<h3>{title}{tag}</h3>\n{content}</figure>\n")
+    format!("<figure>\n<h3>{title}</h3>\n{content}</figure>\n")
 }

@@ -44,7 +44,6 @@ pub(super) fn against_measurement(case: &Case, nominal: &Prediction) -> Figure {
     let windows_of_sensors: String = windows_of_sensors.collect();
     Figure {
         id: "nominal".to_owned(),
-        paper_reference: String::new(),
         title: "Nominal prediction".to_owned(),
         caption: format!("{peaks}. {compared}{windows_of_sensors}"),
         x: time_axis(case),
@@ -89,7 +88,6 @@ pub(super) fn hot_face(case: &Case) -> Option<Figure> {
     y.push(scale * schedule.before(duration_s));
     Some(Figure {
         id: "hot-face".to_owned(),
-        paper_reference: String::new(),
         title: "Boundary condition at the hot face".to_owned(),
         caption: format!("The {name} that the case prescribes at the hot face."),
         x: time_axis(case),

@@ -68,7 +68,6 @@ fn sensitivity_curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figu
     });
     Figure {
         id: file_name("sensitivity", name),
-        paper_reference: String::new(),
         title: format!("Sensitivity of {name} to each factor, K per 1 %"),
         caption: format!(
             "First-order change of {name} if one factor rises by 1 % of its nominal value.{}",

@@ -47,7 +47,6 @@ fn peaks(answers: &Answers, outcome: &Sizing) -> Figure {
     layers.extend(thickness_lines(outcome, lowest, highest));
     Figure {
         id: "size-peaks".to_owned(),
-        paper_reference: String::new(),
         title: format!("Peak of {name} against the thickness of {}", outcome.requirement.ply),
         caption: format!(
             "{} Band: 95 % interval of the peaks of {}, the same at every thickness.",
@@ -89,7 +88,6 @@ fn share_within_limit(answers: &Answers, outcome: &Sizing) -> Figure {
         [Some(size::stated_thickness(outcome)), size::check_result(outcome)].into_iter().flatten().collect();
     Figure {
         id: "size-held".to_owned(),
-        paper_reference: String::new(),
         title: format!("Members with {}", size::limit_text(answers, outcome)),
         caption: text.join(" "),
         x: thickness_axis(outcome),

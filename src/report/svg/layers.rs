@@ -1,52 +1,59 @@
-//! Layers and legend.
+//! Layers as shapes, and their legend.
 
-use super::super::figure::{Figure, Ink, Layer, Stroke, diverging_colour, sequential_colour};
-use super::super::{contour, format};
-use super::{Area, Chart, DrawResult, TEXT_COLOUR, UNITS_PER_PIXEL, font, px, px_coordinate, to_plotted_units};
-use plotters::element::DashedPathElement;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use super::shapes::{Anchor, Point, Shape, Text};
+use super::{Plot, TEXT_COLOUR, TICK_SIZE, text, text_width};
+use crate::report::figure::{Colour, Ink, Layer, Stroke, diverging_colour, sequential_colour};
+use crate::report::{contour, format};
+
+const WHITE: Colour = (255, 255, 255);
+/// Colour of a value that is not known.
+const UNKNOWN_COLOUR: Colour = (0xEE, 0xEE, 0xEE);
+const INTERVAL_INK: Ink = Ink::Series(4);
+const INTERVAL_OPACITY: f64 = 0.12;
+const STACK_OPACITY: f64 = 0.85;
+/// Most characters of a name in a legend.
+const MAX_NAME_CHARS: usize = 24;
+/// Width of the symbol of a legend, pixels.
+const SYMBOL_WIDTH: f64 = 28.0;
 
 /// An entry of the legend.
 pub(super) struct LegendEntry {
     name: String,
-    colour: RGBColor,
-    key: LegendSymbol,
+    colour: Colour,
+    symbol: LegendSymbol,
 }
 
 enum LegendSymbol {
     Line(Stroke),
-    Dot,
+    Disc,
+    /// With its opacity.
     Patch(f64),
 }
 
 /// Legend of layers, top to bottom; stacked areas in the order of the chart, the last on top.
 pub(super) fn legend(layers: &[Layer]) -> Vec<LegendEntry> {
+    let entry = |name: &str, ink: Ink, symbol| LegendEntry { name: name.to_owned(), colour: ink.rgb(), symbol };
     let mut entries = Vec::new();
     for layer in layers {
         match layer {
-            Layer::Line { name, ink, stroke, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Line(*stroke))),
-            Layer::Points { name, ink, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Dot)),
-            Layer::Band { name, ink, opacity, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Patch(*opacity))),
+            Layer::Line { name, ink, stroke, .. } => entries.push(entry(name, *ink, LegendSymbol::Line(*stroke))),
+            Layer::Points { name, ink, .. } => entries.push(entry(name, *ink, LegendSymbol::Disc)),
+            Layer::Band { name, ink, opacity, .. } => entries.push(entry(name, *ink, LegendSymbol::Patch(*opacity))),
             Layer::Interval { name, .. } => {
-                entries.push(entry_of(name, INTERVAL_COLOUR, LegendSymbol::Patch(INTERVAL_OPACITY)));
+                entries.push(entry(name, INTERVAL_INK, LegendSymbol::Patch(INTERVAL_OPACITY)));
             }
-            Layer::BoxPlot { name, ink, .. } => entries.push(entry_of(name, *ink, LegendSymbol::Patch(1.0))),
+            Layer::BoxPlot { name, ink, .. } => entries.push(entry(name, *ink, LegendSymbol::Patch(1.0))),
             Layer::StackedAreas { parts, .. } => {
-                entries.extend(
-                    parts.iter().rev().map(|part| entry_of(&part.name, part.ink, LegendSymbol::Patch(STACK_OPACITY))),
-                );
+                let parts = parts.iter().rev();
+                entries.extend(parts.map(|part| entry(&part.name, part.ink, LegendSymbol::Patch(STACK_OPACITY))));
             }
             Layer::Contours { name, levels, .. } => {
-                entries.push(LegendEntry { name: name.clone(), colour: WHITE, key: LegendSymbol::Patch(0.0) });
-                for (place, level) in levels.iter().enumerate().rev() {
-                    let colour = level_colour(place, levels.len());
-                    entries.push(LegendEntry {
-                        name: format::significant(*level, 2),
-                        colour,
-                        key: LegendSymbol::Line(Stroke::Solid),
-                    });
-                }
+                entries.push(LegendEntry { name: name.clone(), colour: WHITE, symbol: LegendSymbol::Patch(0.0) });
+                entries.extend(levels.iter().enumerate().rev().map(|(place, level)| LegendEntry {
+                    name: format::significant(*level, 2),
+                    colour: level_colour(place, levels.len()),
+                    symbol: LegendSymbol::Line(Stroke::Solid),
+                }));
             }
             Layer::Steps { steps, shown, .. } => entries.extend(legend(&steps[*shown])),
             Layer::Heatmap { .. } | Layer::CornerPlot { .. } => {}
@@ -56,171 +63,146 @@ pub(super) fn legend(layers: &[Layer]) -> Vec<LegendEntry> {
     entries
 }
 
-const INTERVAL_COLOUR: Ink = Ink::Series(4);
-const INTERVAL_OPACITY: f64 = 0.12;
-const STACK_OPACITY: f64 = 0.85;
-/// Maximum number of characters of a name.
-const MAX_NAME_CHARS: usize = 20;
-
-fn entry_of(name: &str, ink: Ink, key: LegendSymbol) -> LegendEntry {
-    LegendEntry { name: name.to_owned(), colour: colour(ink), key }
+/// Width of the column of a legend, pixels.
+pub(super) fn legend_width(entries: &[LegendEntry]) -> f64 {
+    let longest = entries.iter().map(|entry| entry.name.chars().count().min(MAX_NAME_CHARS)).max().unwrap_or(0);
+    (SYMBOL_WIDTH + 20.0 + text_width(longest, TICK_SIZE)).max(super::LEGEND_WIDTH)
 }
 
-fn colour(ink: Ink) -> RGBColor {
-    rgb(ink.rgb())
-}
-
-fn rgb((red, green, blue): (u8, u8, u8)) -> RGBColor {
-    RGBColor(red, green, blue)
-}
-
-fn level_colour(place: usize, levels: usize) -> RGBColor {
-    rgb(sequential_colour(place as f64 / levels.saturating_sub(1).max(1) as f64))
-}
-
-/// Draw an entry of the legend with its left end at `x`, vertically centred at `y`.
-pub(super) fn entry(entry: &LegendEntry, x: i32, y: i32, side: &Area) -> DrawResult {
-    let middle = x + px_coordinate(14);
-    match entry.key {
-        LegendSymbol::Line(stroke) => {
-            let ends = [(x, y), (x + px_coordinate(28), y)];
-            match dashes(stroke) {
-                None => side.draw(&PathElement::new(ends, entry.colour.stroke_width(px(stroke.width()))))?,
-                Some((dash, gap)) => {
-                    let style = entry.colour.stroke_width(px(stroke.width()));
-                    side.draw(&DashedPathElement::new(ends, dash, gap, style))?;
-                }
+impl LegendEntry {
+    /// Draw the entry with its left end at a point, vertically centred.
+    pub(super) fn draw(&self, (x, y): Point, shapes: &mut Vec<Shape>) {
+        let colour = self.colour;
+        shapes.push(match self.symbol {
+            LegendSymbol::Line(stroke) => stroked(vec![vec![(x, y), (x + SYMBOL_WIDTH, y)]], colour, stroke),
+            LegendSymbol::Disc => Shape::Discs { centres: vec![(x + SYMBOL_WIDTH / 2.0, y)], radius: 4.0, colour },
+            LegendSymbol::Patch(opacity) => {
+                Shape::rectangle((x, y - 7.0), (x + SYMBOL_WIDTH, y + 7.0), colour, opacity)
             }
-        }
-        LegendSymbol::Dot => side.draw(&Circle::new((middle, y), px(4), entry.colour.filled()))?,
-        LegendSymbol::Patch(opacity) => {
-            let corners = [(x, y - px_coordinate(7)), (x + px_coordinate(28), y + px_coordinate(7))];
-            side.draw(&Rectangle::new(corners, entry.colour.mix(opacity).filled()))?;
-        }
+        });
+        let name = format::truncate(&self.name, MAX_NAME_CHARS);
+        shapes.push(Shape::Text(text(name, (x + SYMBOL_WIDTH + 8.0, y), TICK_SIZE, Anchor::Start)));
     }
-    let anchored = font(14).color(&TEXT_COLOUR).pos(Pos::new(HPos::Left, VPos::Center));
-    side.draw(&Text::new(format::truncate(&entry.name, MAX_NAME_CHARS), (x + px_coordinate(36), y), anchored))
 }
 
-/// Lengths of dash and gap, drawn units.
-fn dashes(stroke: Stroke) -> Option<(i32, i32)> {
-    match stroke {
+fn level_colour(place: usize, levels: usize) -> Colour {
+    sequential_colour(place as f64 / levels.saturating_sub(1).max(1) as f64)
+}
+
+fn stroked(lines: Vec<Vec<Point>>, colour: Colour, stroke: Stroke) -> Shape {
+    let dash = match stroke {
         Stroke::Solid | Stroke::Hairline => None,
-        Stroke::Dashed | Stroke::Thin => Some((px_coordinate(8), px_coordinate(5))),
-        Stroke::Dotted => Some((px_coordinate(2), px_coordinate(4))),
-    }
+        Stroke::Dashed | Stroke::Thin => Some((8.0, 5.0)),
+        Stroke::Dotted => Some((2.0, 4.0)),
+    };
+    Shape::Lines { lines, colour, width: f64::from(stroke.width()), dash, opacity: 1.0 }
 }
 
 /// Draw one layer.
-pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) -> DrawResult {
-    let at = |x: f64, y: f64| (to_plotted_units(&figure.x, x), to_plotted_units(&figure.y, y));
+pub(super) fn draw(layer: &Layer, plot: &Plot, shapes: &mut Vec<Shape>) {
+    let frame = plot.frame();
+    let inside = |points: Vec<Point>| -> Vec<Point> { points.into_iter().filter(|at| frame.contains(*at)).collect() };
     match layer {
         Layer::Line { ink, stroke, x, y, .. } => {
-            let style = colour(*ink).stroke_width(px(stroke.width()));
-            for run in continuous_parts(x.iter().zip(y).map(|(x, y)| at(*x, *y))) {
-                match dashes(*stroke) {
-                    None => chart.plotting_area().draw(&PathElement::new(run, style))?,
-                    Some((dash, gap)) => {
-                        chart.plotting_area().draw(&DashedPathElement::new(run, dash, gap, style))?;
-                    }
-                }
-            }
+            let parts = continuous_parts(x.iter().zip(y).map(|(x, y)| plot.at(*x, *y)));
+            let (points, lines): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| part.len() == 1);
+            let lines = lines.iter().flat_map(|line| frame.lines(line)).collect();
+            shapes.push(stroked(lines, ink.rgb(), *stroke));
+            // A point between gaps would be a line of no length.
+            let radius = 1.5 * f64::from(stroke.width());
+            shapes.push(Shape::Discs { centres: inside(points.concat()), radius, colour: ink.rgb() });
         }
         Layer::Points { ink, x, y, error, .. } => {
-            let paint = colour(*ink);
-            for (index, (x, y)) in x.iter().zip(y).enumerate().filter(|(_, (x, y))| x.is_finite() && y.is_finite()) {
-                if let Some(error) = error.get(index) {
-                    let bar = [at(*x, y - error), at(*x, y + error)];
-                    chart.plotting_area().draw(&PathElement::new(bar, paint.mix(0.6).stroke_width(UNITS_PER_PIXEL)))?;
-                }
-                let size = if error.is_empty() { px(4) } else { px(2) + UNITS_PER_PIXEL / 2 };
-                chart.plotting_area().draw(&Circle::new(at(*x, *y), size, paint.filled()))?;
+            let finite = |(_, (x, y)): &(usize, (&f64, &f64))| x.is_finite() && y.is_finite();
+            let points: Vec<(usize, (&f64, &f64))> = x.iter().zip(y).enumerate().filter(finite).collect();
+            let bar = |(index, (x, y)): &(usize, (&f64, &f64))| {
+                let end = |sign: f64| (plot.x.position(**x), plot.y.position_within(**y + sign * error[*index]));
+                vec![end(-1.0), end(1.0)]
+            };
+            if !error.is_empty() {
+                let lines = points.iter().map(bar).flat_map(|line| frame.lines(&line)).collect();
+                shapes.push(Shape::Lines { lines, colour: ink.rgb(), width: 1.0, dash: None, opacity: 0.6 });
             }
+            let radius = if error.is_empty() { 4.0 } else { 2.5 };
+            let centres = points.iter().map(|(_, (x, y))| plot.at(**x, **y)).collect();
+            shapes.push(Shape::Discs { centres: inside(centres), radius, colour: ink.rgb() });
         }
         Layer::Band { ink, opacity, x, low, high, .. } => {
-            let outline: Vec<(f64, f64)> =
-                x.iter().zip(high).chain(x.iter().zip(low).rev()).map(|(x, y)| at(*x, *y)).collect();
-            let solid: Vec<(f64, f64)> = outline.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
-            chart.plotting_area().draw(&Polygon::new(solid, colour(*ink).mix(*opacity).filled()))?;
+            let edge = |(x, (low, high)): (&f64, (&f64, &f64))| {
+                let ((at, upper), lower) = (plot.at(*x, *high), plot.y.position(*low));
+                let is_finite = at.is_finite() && upper.is_finite() && lower.is_finite();
+                is_finite.then_some((at, upper, lower))
+            };
+            let edges: Vec<Option<(f64, f64, f64)>> = x.iter().zip(low.iter().zip(high)).map(edge).collect();
+            let outline = |part: &[Option<(f64, f64, f64)>]| -> Vec<Point> {
+                let upper = part.iter().flatten().map(|(x, upper, _)| (*x, *upper));
+                upper.chain(part.iter().rev().flatten().map(|(x, _, lower)| (*x, *lower))).collect()
+            };
+            let parts = edges.split(Option::is_none).filter(|part| part.len() > 1);
+            let outlines = parts.map(|part| frame.area(&outline(part))).collect();
+            shapes.push(Shape::Areas { outlines, colour: ink.rgb(), opacity: *opacity });
         }
         Layer::StackedAreas { x, parts } => {
             let mut floor = vec![0.0; x.len()];
             for part in parts {
-                let top: Vec<f64> =
-                    floor.iter().zip(&part.values).map(|(floor, value)| floor + value.max(0.0)).collect();
+                let top: Vec<f64> = floor.iter().zip(&part.values).map(|(low, value)| low + value.max(0.0)).collect();
                 let lower = x.iter().zip(&floor).rev();
-                let outline: Vec<(f64, f64)> = x.iter().zip(&top).chain(lower).map(|(x, y)| at(*x, *y)).collect();
-                chart.plotting_area().draw(&Polygon::new(outline, colour(part.ink).mix(STACK_OPACITY).filled()))?;
+                let outline: Vec<Point> = x.iter().zip(&top).chain(lower).map(|(x, y)| plot.at(*x, *y)).collect();
+                let colour = part.ink.rgb();
+                shapes.push(Shape::Areas { outlines: vec![frame.area(&outline)], colour, opacity: STACK_OPACITY });
                 floor = top;
             }
         }
         Layer::Interval { from, to, .. } => {
-            let up = chart.y_range();
-            let across = chart.x_range();
-            let corners = [(from.max(across.start), up.start), (to.min(across.end), up.end)];
-            chart
-                .plotting_area()
-                .draw(&Rectangle::new(corners, colour(INTERVAL_COLOUR).mix(INTERVAL_OPACITY).filled()))?;
+            let ((bottom, top), colour) = (plot.y.positions, INTERVAL_INK.rgb());
+            let [left, right] = [from, to].map(|end| plot.x.position_within(*end));
+            shapes.push(Shape::rectangle((left, top), (right, bottom), colour, INTERVAL_OPACITY));
         }
-        Layer::Heatmap { values } => heatmap(values, chart)?,
+        Layer::Heatmap { values } => heatmap(values, plot, shapes),
         // Drawn by `corner`.
         Layer::CornerPlot { .. } => {}
-        Layer::Steps { steps, shown, .. } => {
-            for layer in &steps[*shown] {
-                draw(layer, figure, chart)?;
-            }
-        }
+        Layer::Steps { steps, shown, .. } => steps[*shown].iter().for_each(|layer| draw(layer, plot, shapes)),
         Layer::Contours { x, y, values, levels, .. } => {
             for (place, lines) in contour::log_contours(x, y, values, levels).into_iter().enumerate() {
-                let style = level_colour(place, levels.len()).stroke_width(px(1) + UNITS_PER_PIXEL / 2);
-                for line in lines {
-                    chart.plotting_area().draw(&PathElement::new(line, style))?;
-                }
+                let placed =
+                    |line: contour::Line| -> Vec<Point> { line.into_iter().map(|(x, y)| plot.at(x, y)).collect() };
+                let lines = lines.into_iter().flat_map(|line| frame.lines(&placed(line))).collect();
+                shapes.push(Shape::lines(lines, level_colour(place, levels.len()), 1.5));
             }
         }
         Layer::BoxPlot { ink, percentiles, .. } => {
-            let paint = colour(*ink);
+            let colour = ink.rgb();
             for (index, [low, quarter, median, three_quarters, high]) in percentiles.iter().enumerate() {
-                let place = index as f64;
-                let thin = [at(place, *low), at(place, *high)];
-                let box_ = [at(place - 0.12, *quarter), at(place + 0.12, *three_quarters)];
-                let middle = [at(place - 0.12, *median), at(place + 0.12, *median)];
-                chart.plotting_area().draw(&PathElement::new(thin, paint.stroke_width(px(2))))?;
-                chart.plotting_area().draw(&Rectangle::new(box_, paint.filled()))?;
-                chart.plotting_area().draw(&PathElement::new(middle, WHITE.stroke_width(px(2))))?;
+                let (middle, left, right) = (index as f64, index as f64 - 0.12, index as f64 + 0.12);
+                shapes.push(Shape::lines(vec![vec![plot.at(middle, *low), plot.at(middle, *high)]], colour, 2.0));
+                let corners = (plot.at(left, *quarter), plot.at(right, *three_quarters));
+                shapes.push(Shape::rectangle(corners.0, corners.1, colour, 1.0));
+                shapes.push(Shape::lines(vec![vec![plot.at(left, *median), plot.at(right, *median)]], WHITE, 2.0));
             }
         }
     }
-    Ok(())
 }
 
-fn heatmap<'a>(values: &[Vec<f64>], chart: &mut Chart<'a>) -> DrawResult {
-    let crowd = values.len().max(6) as u32;
-    let anchored = font((90 / crowd).clamp(9, 14)).pos(Pos::new(HPos::Center, VPos::Center));
+fn heatmap(values: &[Vec<f64>], plot: &Plot, shapes: &mut Vec<Shape>) {
+    let size = (90.0 / values.len().max(6) as f64).clamp(9.0, 14.0);
     for (row, line) in values.iter().enumerate() {
         for (column, value) in line.iter().enumerate() {
             let (x, y) = (column as f64, row as f64);
-            let corners = [(x - 0.49, y - 0.49), (x + 0.49, y + 0.49)];
-            let paint = if value.is_finite() { rgb(diverging_colour(*value)) } else { RGBColor(0xEE, 0xEE, 0xEE) };
-            chart.plotting_area().draw(&Rectangle::new(corners, paint.filled()))?;
-            let text = if value.is_finite() { format!("{value:.2}").replace('-', "−") } else { "–".to_owned() };
-            let ink = if value.abs() > 0.75 { WHITE } else { TEXT_COLOUR };
-            chart.plotting_area().draw(&Text::new(text, (x, y), anchored.color(&ink)))?;
+            let (fill, label) = match value.is_finite() {
+                true => (diverging_colour(*value), format!("{value:.2}").replace('-', "−")),
+                false => (UNKNOWN_COLOUR, "–".to_owned()),
+            };
+            shapes.push(Shape::rectangle(plot.at(x - 0.49, y - 0.49), plot.at(x + 0.49, y + 0.49), fill, 1.0));
+            let colour = if value.abs() > 0.75 { WHITE } else { TEXT_COLOUR };
+            let label = text(label, plot.at(x, y), size, Anchor::Middle);
+            shapes.push(Shape::Text(Text { colour, ..label }));
         }
     }
-    Ok(())
 }
 
 /// The continuous parts of a curve with gaps.
-fn continuous_parts(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
-    let mut runs = vec![Vec::new()];
-    for (x, y) in points {
-        if x.is_finite() && y.is_finite() {
-            runs.last_mut().expect("a run is open from the start").push((x, y));
-        } else {
-            runs.push(Vec::new());
-        }
-    }
-    runs.retain(|run| run.len() > 1);
-    runs
+fn continuous_parts(points: impl Iterator<Item = Point>) -> Vec<Vec<Point>> {
+    let points: Vec<Point> = points.collect();
+    let parts = points.split(|(x, y)| !(x.is_finite() && y.is_finite()));
+    parts.filter(|part| !part.is_empty()).map(<[Point]>::to_vec).collect()
 }

@@ -45,7 +45,6 @@ pub(super) fn mass_over_probability(answers: &Answers, outcome: &Trade) -> Optio
     let probability = format::percent_near_limits(outcome.request.requirement.probability);
     Some(Figure {
         id: "trade-mass".to_owned(),
-        paper_reference: String::new(),
         title: "Mass per area against the probability of exceeding the limit".to_owned(),
         caption: format!(
             "{} Lines: the {} of least mass for {probability}, one for each rank; where lines cross, another \

@@ -4,7 +4,7 @@ use super::{
     areal_mass, change_text, choices, largest_share, limit_text, mass_interval, name, rank_interval, rank_text,
     thickness_text,
 };
-use crate::report::files::table::{CsvTable, NamedFile, cell};
+use crate::report::files::table::{NamedFile, Names, Table};
 use crate::report::format::{millimetres, percent_near_limits};
 use crate::report::html::table::{list, table};
 use crate::report::{ReportError, format};
@@ -182,87 +182,105 @@ pub(super) fn masses_kg_m2(layup: &SizedLayup, probabilities: &[f64]) -> Vec<f64
 }
 
 pub(super) fn files(answers: &Answers, outcome: &Trade) -> Result<Vec<NamedFile>, ReportError> {
-    Ok(vec![layups_file(answers, outcome)?, masses_file(outcome)?, changes_file(outcome)?])
+    let names = Names::default();
+    let layups = outcome.layups.iter().map(|layup| (answers, outcome, layup));
+    let changes = outcome.rank_changes.iter().flatten().map(|change| (outcome, change));
+    Ok(vec![
+        layups_table().csv(&names, layups)?,
+        masses_table().csv(&names, masses(outcome))?,
+        changes_table().csv(&names, changes)?,
+    ])
 }
 
-fn layups_file(answers: &Answers, outcome: &Trade) -> Result<NamedFile, ReportError> {
-    let mut file = CsvTable::new(
-        "layups.csv",
-        [
-            "rank",
-            "layup",
-            "mass_kg_m2",
-            "mass_low_kg_m2",
-            "mass_high_kg_m2",
-            "thickness_m",
-            "nominal_thickness_m",
-            "margin_m",
-            "share_within_limit_as_drawn",
-            "largest_share_factor",
-            "largest_share",
-            "rank_low",
-            "rank_high",
-            "first_share",
-            "governing_exposure",
-        ],
-    )?;
-    let optional = |value: Option<f64>| value.map_or(String::new(), cell);
-    for layup in &outcome.layups {
-        let (low, high) = mass_interval(layup);
-        let largest = layup.shares.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let resampled = layup.rank.and_then(|rank| rank.resampled);
-        let end = |of: fn((usize, usize)) -> usize| {
-            resampled.map_or(String::new(), |resampled| of(resampled.interval).to_string())
-        };
-        file.text_row(vec![
-            layup.rank.map_or(String::new(), |rank| rank.rank.to_string()),
-            outcome.materials_of(layup).join(" "),
-            optional(layup.rank.map(|_| layup.required_mass_kg_m2())),
-            optional(low),
-            optional(high),
-            optional(layup.required.found_m()),
-            optional(layup.nominal_required().found_m()),
-            optional(layup.margin_m()),
-            cell(layup.below_limit(layup.case_thickness_m).fraction()),
-            largest.map_or(String::new(), |(factor, _)| answers.case.factors[factor].name.clone()),
-            optional(largest.map(|(_, share)| *share)),
-            end(|interval| interval.0),
-            end(|interval| interval.1),
-            optional(resampled.map(|resampled| resampled.first_share)),
-            outcome.exposures[layup.governing_exposure()].clone(),
-        ])?;
+type LayupRow<'a> = (&'a Answers, &'a Trade, &'a SizedLayup);
+
+pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
+    fn rank((.., layup): &LayupRow<'_>, value: fn(Rank) -> f64) -> f64 {
+        layup.rank.map_or(f64::NAN, value)
     }
-    file.finish()
+    fn largest(layup: &SizedLayup) -> Option<(usize, f64)> {
+        layup.shares.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+    Table::<LayupRow<'a>>::new(
+        &["layups.csv"],
+        "One row per layup (`trade`): those with a rank, by mass, and then the others, whose columns are empty where no \
+         allowed thickness suffices.",
+    )
+    .number("rank", "–", "Rank from 1; equal masses share one.", |row| rank(row, |rank| rank.rank as f64))
+    .text("layup", "Ids of the materials of the choices.", |row| row.1.materials_of(row.2).join(" "))
+    .number("mass_kg_m2", "kg/m²", "Mass per area of all plies.", |row| {
+        row.2.rank.map_or(f64::NAN, |_| row.2.required_mass_kg_m2())
+    })
+    .numbers("mass_{low,high}_kg_m2", "kg/m²", "Its interval.", |row| {
+        let (low, high) = mass_interval(row.2);
+        [low, high].map(|end| end.unwrap_or(f64::NAN)).to_vec()
+    })
+    .number("thickness_m", "m", "Required thickness.", |row| row.2.required.found_m().unwrap_or(f64::NAN))
+    .number("nominal_thickness_m", "m", "The same at nominal factors.", |row| {
+        row.2.nominal_required().found_m().unwrap_or(f64::NAN)
+    })
+    .number("margin_m", "m", "Their difference.", |row| row.2.margin_m().unwrap_or(f64::NAN))
+    .number(
+        "share_within_limit_as_drawn",
+        "–",
+        "Members below the limit at the thickness in the case file.",
+        |row| row.2.below_limit(row.2.case_thickness_m).fraction(),
+    )
+    .text("largest_share_factor", "Factor with the largest share in the variance of the thickness.", |row| {
+        largest(row.2).map_or(String::new(), |(factor, _)| row.0.case.factors[factor].name.clone())
+    })
+    .number("largest_share", "–", "Its share.", |row| largest(row.2).map_or(f64::NAN, |(_, share)| share))
+    .number("rank_low", "–", "Lowest rank in the central 95 % of the resamples.", |row| {
+        rank(row, |rank| rank.resampled.map_or(f64::NAN, |resampled| resampled.interval.0 as f64))
+    })
+    .number("rank_high", "–", "The highest.", |row| rank(row, |rank| rank.resampled.map_or(f64::NAN, |resampled| resampled.interval.1 as f64)))
+    .number("first_share", "–", "Share of the resamples in which no layup is lighter.", |row| {
+        rank(row, |rank| rank.resampled.map_or(f64::NAN, |resampled| resampled.first_share))
+    })
+    .text("governing_exposure", "Exposure that requires most at nominal factors.", |row| {
+        row.1.exposures[row.2.governing_exposure()].clone()
+    })
 }
 
-fn masses_file(outcome: &Trade) -> Result<NamedFile, ReportError> {
-    let mut file = CsvTable::new("masses.csv", ["layup", "probability", "mass_kg_m2"])?;
+/// Materials, probability and mass.
+type MassRow = (String, f64, f64);
+
+pub(in crate::report) fn masses_table() -> Table<MassRow> {
+    Table::<MassRow>::new(&["masses.csv"], "Mass of each layup over the probability that the limit holds (`trade`).")
+        .text("layup", "Ids of the materials of the choices.", |row| row.0.clone())
+        .number("probability", "–", "Share of the members below the limit.", |row| row.1)
+        .number("mass_kg_m2", "kg/m²", "Mass per area of all plies.", |row| row.2)
+}
+
+fn masses(outcome: &Trade) -> Vec<MassRow> {
     let probabilities = probabilities(outcome.members);
-    for layup in &outcome.layups {
+    let of = |layup: &SizedLayup| -> Vec<MassRow> {
         let materials = outcome.materials_of(layup).join(" ");
-        let masses = masses_kg_m2(layup, &probabilities);
-        for (&probability, &mass) in probabilities.iter().zip(&masses).filter(|(_, mass)| mass.is_finite()) {
-            file.text_row(vec![materials.clone(), cell(probability), cell(mass)])?;
-        }
-    }
-    file.finish()
+        let masses = probabilities.iter().copied().zip(masses_kg_m2(layup, &probabilities));
+        let masses = masses.filter(|(_, mass)| mass.is_finite());
+        masses.map(|(probability, mass)| (materials.clone(), probability, mass)).collect()
+    };
+    outcome.layups.iter().flat_map(of).collect()
 }
 
-fn changes_file(outcome: &Trade) -> Result<NamedFile, ReportError> {
-    let head =
-        ["material", "property", "surrogate", "mark", "relative_uncertainty", "change", "deviations", "new_first"];
-    let mut file = CsvTable::new("rank-changes.csv", head)?;
-    for change in outcome.rank_changes.iter().flatten() {
-        file.text_row(vec![
-            change.material.clone(),
-            change.property.key().to_owned(),
-            change.is_surrogate.to_string(),
-            change.source_kind.key().to_owned(),
-            change.relative_uncertainty.map_or(String::new(), cell),
-            cell(change.change),
-            change.deviations().map_or(String::new(), cell),
-            outcome.materials_of(&outcome.layups[change.new_first]).join(" "),
-        ])?;
-    }
-    file.finish()
+type ChangeRow<'a> = (&'a Trade, &'a RankChange);
+
+pub(in crate::report) fn changes_table<'a>() -> Table<ChangeRow<'a>> {
+    Table::<ChangeRow<'a>>::new(
+        &["rank-changes.csv"],
+        "How far a property would have to change for another layup to come first (`trade`), the fewest standard \
+         deviations first. Linear in the property, and at most 100 %.",
+    )
+    .text("material", "The material with the property, in all layups.", |row| row.1.material.clone())
+    .text("property", "The property.", |row| row.1.property.key().to_owned())
+    .text("surrogate", "Whether the material is a surrogate.", |row| row.1.is_surrogate.to_string())
+    .text("mark", "Mark of the data of the property.", |row| row.1.source_kind.key().to_owned())
+    .number("relative_uncertainty", "–", "Stated relative standard deviation.", |row| {
+        row.1.relative_uncertainty.unwrap_or(f64::NAN)
+    })
+    .number("change", "–", "Relative change of the property.", |row| row.1.change)
+    .number("deviations", "–", "The change in standard deviations.", |row| row.1.deviations().unwrap_or(f64::NAN))
+    .text("new_first", "Materials of the layup that then comes first.", |row| {
+        row.0.materials_of(&row.0.layups[row.1.new_first]).join(" ")
+    })
 }

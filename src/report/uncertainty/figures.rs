@@ -61,7 +61,6 @@ fn temperature_bands(case: &Case, outcome: &Uncertainty, nominal: Option<&Predic
     let peak = &outcome.peaks[sensor];
     Figure {
         id: file_name("spread", name),
-        paper_reference: String::new(),
         title: format!("{name}: predicted temperature with 50 % and 95 % intervals"),
         caption: format!(
             "Bands: pointwise 50 % (dark) and 95 % (light) intervals of {}. Thin dashed lines: simultaneous 95 % band, \
@@ -102,7 +101,6 @@ fn variance_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure 
     });
     Figure {
         id: file_name("shares", name),
-        paper_reference: String::new(),
         title: format!("Variance shares at {name}"),
         caption: format!(
             "Share of each factor in the variance at {name} over time.{} A share is the squared correlation of factor \
@@ -151,7 +149,6 @@ fn total_indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Fi
     let drawn = layers.iter().any(|layer| matches!(layer, Layer::Band { .. }));
     drawn.then(|| Figure {
         id: file_name("indices", name),
-        paper_reference: String::new(),
         title: format!("Total Sobol indices at {name}"),
         caption: format!(
             "Total Sobol indices over time with 95 % intervals, of factors that exceed 2 % at any time: expected share \
@@ -175,7 +172,6 @@ fn peak_distribution(case: &Case, outcome: &Uncertainty) -> Figure {
     let sensors = case.sensors.len() as f64;
     Figure {
         id: "peaks".to_owned(),
-        paper_reference: String::new(),
         title: "Distribution of the peak temperatures".to_owned(),
         caption: "Peaks of the members less the nominal peak of each sensor: 50 % (thick bar), 95 % (thin bar) and \
                   median (light mark)."

@@ -25,8 +25,7 @@ pub struct Rank {
 }
 
 /// A rank over the resamples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[derive(serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct ResampledRank {
     /// Lowest and highest rank in the central 95 % of the resamples.

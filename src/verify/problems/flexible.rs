@@ -72,7 +72,6 @@ pub fn flexible_layup() -> Case {
         correlation: Default::default(),
         observations: Vec::new(),
         estimate: EstimationSettings::default(),
-        paper_figures: Vec::new(),
         resolution: Resolution::default(),
         reading_notes: Default::default(),
     }

@@ -9,7 +9,6 @@ pub use pato::{PatoHeat, PatoOptions};
 pub use property_table::{MaterialColumns, PropertyColumns};
 
 use super::material;
-use super::renamed_keys::FileKind;
 use super::text_file::parse_toml;
 use crate::case::error::{CaseError, Diagnostics, ReadResult, SourceLocation};
 use crate::case::{Material, Provenance, SourceKind};
@@ -68,7 +67,7 @@ impl ImportedMaterial {
             source.map_err(|message| diagnostics.record(&SourceLocation::without_line("source"), message))
         });
         let imported = source.and_then(|_| text(&diagnostics)).and_then(|text| {
-            let root = parse_toml(&text, "the imported material", FileKind::Material, &diagnostics)?;
+            let root = parse_toml(&text, "the imported material", &diagnostics)?;
             let material = material::material(root.reader(&diagnostics), "imported".to_owned())?;
             Ok(Self { text, material })
         });

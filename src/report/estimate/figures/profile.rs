@@ -36,7 +36,6 @@ fn figure(outcome: &ParameterEstimates, profile: &Profile) -> Figure {
     ];
     Figure {
         id: file_name("profile", name),
-        paper_reference: String::new(),
         title: format!("Profile likelihood of {name}"),
         caption: format!(
             "Rise of the objective above its minimum with {name} fixed at each value and all other factors estimated \

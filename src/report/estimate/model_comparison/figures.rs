@@ -32,7 +32,6 @@ fn figure(
     ];
     Figure {
         id: file_name("comparison", name),
-        paper_reference: String::new(),
         title: format!("{name}: two models at their estimates"),
         caption: format!(
             "RMSE in cool-down: {} {}, {} {}.",

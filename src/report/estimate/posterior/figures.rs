@@ -46,7 +46,6 @@ fn corner_plot(found: &ParameterEstimates, outcome: &Posterior) -> Figure {
     };
     Figure {
         id: "corner".to_owned(),
-        paper_reference: String::new(),
         title: "Posterior of the factors".to_owned(),
         caption: format!(
             "Diagonal: histograms of the samples, 95 % intervals (dashed) and estimates (vermilion).{several} {}",
@@ -72,7 +71,6 @@ fn chain_traces(found: &ParameterEstimates, outcome: &Posterior, factor: usize) 
     let diagnostics = outcome.marginals[factor].diagnostics;
     Figure {
         id: file_name("chains", name),
-        paper_reference: String::new(),
         title: format!("Markov chains of {name}"),
         caption: format!(
             "{} of {} over the iterations. Chains that have converged fluctuate about one level after the burn-in and \
@@ -115,7 +113,6 @@ fn predictive_intervals(answers: &Answers, case: &Case, of: &PosteriorPredictive
     layers.extend(seen.map(|seen| measured("measured".to_owned(), Ink::Measured, seen)));
     Some(Figure {
         id: file_name("predictive", &name),
-        paper_reference: String::new(),
         title: format!("Posterior prediction of {name}"),
         caption: format!(
             "Pointwise 95 % predictive intervals: by the factors only (largest width {}) and with model discrepancy \

@@ -14,7 +14,7 @@ pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Prediction) -> 
     let mut figures = Vec::new();
     let mut add = |id: &str, title: &str, caption, y, layers| {
         let (id, title) = (id.to_owned(), title.to_owned());
-        figures.push(Figure { id, paper_reference: String::new(), title, caption, x: time_axis(case), y, layers });
+        figures.push(Figure { id, title, caption, x: time_axis(case), y, layers });
     };
     if let Some(flux) = reading(Gauge::GasFlux) {
         let layers = vec![curve("", 0, Stroke::Solid, times_s, flux.values.clone())];
