@@ -49,7 +49,7 @@ struct GoalOptions {
         arg(
             long = "members",
             value_name = "A..B",
-            conflicts_with_all = ["json", "max_failed", "depth_profiles", "format"]
+            conflicts_with_all = ["json", "max_failed", "depth_profiles"]
         )
     )]
     #[serde(with = "quantity::text")]

@@ -85,7 +85,6 @@ pub(super) const ROWS: &[Row] = &[
     differs("*", "out", "", "--out elsewhere"),
     row("*", "force", "", "--force", Evidence::BesideOwnFile("out/c/{}/report.html")),
     differs("*", "json", "", "--json"),
-    differs("*", "format", "", "--format pdf"),
     differs("*", "limit-time", "", "--limit-time 0s"),
     differs("*", "backend", "", "--backend gpu"),
     differs("*", "precision", "", "--precision f32"),
