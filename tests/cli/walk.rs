@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const OBSERVED: &str = r#"
 [observations]
 sigma = "2 K"
-TC1 = [["0 s", "299 K"], ["5 s", "613 K"], ["10 s", "808 K"], ["15 s", "904 K"], ["20 s", "956 K"], ["35 s", "1037 K"]]
+TC1 = [["0 s", "299 K"], ["5 s", "613 K"], ["10 s", "808 K"], ["15 s", "904 K"], ["20 s", "956 K"], ["35 s", "1037 K"], ["45 s", "1050 K"]]
 TC2 = [["0 s", "302 K"], ["5 s", "317 K"], ["10 s", "431 K"], ["15 s", "582 K"], ["20 s", "697 K"], ["35 s", "936 K"]]
 "#;
 
@@ -61,6 +61,7 @@ const WRITTEN: &[(&str, &[&str])] = &[
             "traces.csv",
         ],
     ),
+    ("repeat", &["figures/hot-face.svg", "figures/nominal.svg", "traces.csv"]),
     (
         "merge",
         &[
@@ -188,8 +189,6 @@ const FULL_KIB_OF_MATERIALS: usize = 0;
 fn inputs() -> BTreeMap<String, Vec<u8>> {
     let bounds = CASE.replacen("small = [0.8, 1.2]", "small = [0.8, 1.2]\nlarge = [0.6, 1.5]", 1);
     let bounds = bounds.replacen("small = [0.9, 1.1]", "small = [0.9, 1.1]\nlarge = [0.7, 1.4]", 1);
-    // An old name, for which there is a note.
-    let bounds = bounds.replacen("output_interval", "every", 1);
     let mut found = BTreeMap::from([
         ("c/case.toml".to_owned(), format!("{bounds}{OBSERVED}").into_bytes()),
         ("d/case.toml".to_owned(), format!("{bounds}{OBSERVED}").replace("3 mm", "3.2 mm").into_bytes()),
@@ -250,8 +249,12 @@ impl Place {
         Seen { code: ran.code, stdout, stderr, files: self.new_files() }
     }
 
-    /// Make the pieces of a sweep that a line merges.
+    /// Make the pieces of a sweep that a line merges, and the reports that it repeats.
     fn prepare(&self, line: &str) {
+        for report in ["r", "s"].iter().filter(|_| line.starts_with("repeat ")) {
+            let made = wait_for(&mut self.command(&format!("predict c --quiet --out {report}")));
+            assert_eq!(made.code, 0, "{}", made.stderr);
+        }
         for (folder, case, pieces) in [("p", "c -n 20", ["0..10", "10..20"]), ("q", "fails -n 40", ["0..20", "20..40"])]
         {
             for piece in pieces.iter().filter(|_| line.starts_with(&format!("merge {folder}/"))) {

@@ -49,6 +49,7 @@ pub(super) const LINES: &[(&str, &str)] = &[
     ("predict", "predict c"),
     ("uncertainty", "uncertainty c -n 20"),
     ("merge", "merge p/c-0-10.json p/c-10-20.json"),
+    ("repeat", "repeat r"),
     ("sensitivity", "sensitivity c"),
     ("estimate", "estimate c"),
     ("study", "study c -n 8"),
@@ -147,6 +148,8 @@ pub(super) const ROWS: &[Row] = &[
     differs("merge", "parts", "merge p/c-0-10.json", "p/c-10-20.json"),
     differs("merge", "missing", "merge p/c-0-10.json", "--missing"),
     differs("merge", "case", "", "--case d"),
+    differs("repeat", "folder", "", "r => s"),
+    row("repeat", "force", "", "--force", Evidence::BesideOwnFile("r-repeated/report.html")),
     // Observations, fits and posteriors.
     differs("*", "sensors", "", "--sensors TC1"),
     differs("history", "sensors", "history c --knots 1", "--sensors TC1"),
