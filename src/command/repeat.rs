@@ -34,7 +34,6 @@ pub(crate) fn run(args: &RepeatArgs) -> Result<Output, Failure> {
         out: Some(out.clone()),
         force: args.force,
         json: false,
-        format: Vec::new(),
         limit_time_s: None,
         march,
     };
