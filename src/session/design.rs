@@ -2,6 +2,7 @@
 
 use super::options::checked_noise_k;
 use super::{DesignOptions, ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, adapted, with_tolerance};
+use crate::adapt::with_nominal_rounding;
 use crate::case::Case;
 use crate::march::March;
 use crate::study::estimate::{SearchOptions, estimate};
@@ -29,7 +30,9 @@ impl Session {
             let cases: Vec<Case> = std::iter::once(&answers.case).chain(&answers.other_cases).cloned().collect();
             let monitor = march.monitor();
             march.begin_sweep(cases.len() * request.members);
-            let found = design_experiment(&cases, *march, &request, &mut |case| adapted(case, of_session, &monitor))?;
+            let precision = march.backend().precision;
+            let mut adapt = |case: &Case| with_nominal_rounding(case, adapted(case, of_session, &monitor)?, precision);
+            let found = design_experiment(&cases, *march, &request, &mut adapt)?;
             answers.seed = Some(request.seed);
             answers.experiment_design = Some(found.clone());
             Ok(found)
