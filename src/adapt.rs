@@ -10,20 +10,21 @@ mod corners;
 pub mod error_estimate;
 mod rounding;
 
-use crate::case::{Bounds, Case};
+use crate::case::{Bounds, Case, Emissivity, Face, Table};
 use crate::ensemble::Ensemble;
 use crate::march::cpu::Cpu;
 use crate::march::monitor::{Monitor, Progress};
 use crate::march::richardson::march_extrapolated;
 use crate::march::{MarchError, Precision};
 use crate::plan::GridDensity;
-use crate::plan::{Discretisation, Plan};
+use crate::plan::{Discretisation, Plan, RoundingError};
 use crate::plan::{GRADING_EXPONENT, StepGrowth, TimeSegment, TimeStepControl};
 use crate::traces::{MemberStatus, Traces};
 use corners::corners;
 pub(crate) use error_estimate::RefinedTraces;
 use error_estimate::{OutputErrors, TWOFOLD_ERROR_RATIO, largest_difference_k};
 use rayon::prelude::*;
+use rounding::with_rounding_of;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
@@ -66,6 +67,10 @@ const COARSENING_WORK_RATIO: f64 = 0.97;
 /// Verification against marches with twice and four times the cells and steps: number of rounds, and most cell-steps of
 /// the largest.
 const VERIFICATION_ROUNDS: usize = 5;
+/// Division of the steps alone, in the verification of cases with a steep emissivity.
+const STEPS_ALONE: usize = 8;
+/// An emissivity is steep where it changes the emitted flux more than this multiple of what T⁴ does.
+const STEEP_EMISSIVITY: f64 = 1.0;
 /// Smallest growth of the densities in a round of verification: a ply of few cells would not get another.
 const MIN_DENSITY_GROWTH: f64 = 1.05;
 const MAX_VERIFICATION_CELL_STEPS: f64 = 4e7;
@@ -158,6 +163,13 @@ impl Discretisation {
         self
     }
 
+    /// With every step divided into equal parts, and the same cells.
+    fn with_divided_steps(&self, parts: usize) -> Self {
+        let mut finer = self.clone();
+        finer.time_steps.segments.iter_mut().for_each(|segment| segment.subdivisions *= parts);
+        finer
+    }
+
     /// With the densities of the cells that each ply has in a plan, after rounding and the minimum of cells.
     fn with_cell_counts_of(mut self, plan: &Plan) -> Self {
         for (density, ply) in self.grid.cells_per_ply.iter_mut().zip(&plan.rows.plies) {
@@ -181,6 +193,22 @@ pub fn adapt(case: &Case) -> Result<Plan, MarchError> {
 /// [`MarchError::Cancelled`] before the next march, once the monitor is cancelled.
 pub fn adapt_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchError> {
     adapt_members(case, &Ensemble::nominal(&case.factors), monitor)
+}
+
+/// [`adapt_monitored`] for marches in a precision, whose rounding the error includes.
+///
+/// # Errors
+/// As [`adapt_monitored`].
+pub(crate) fn adapt_for(case: &Case, precision: Precision, monitor: &Monitor) -> Result<Plan, MarchError> {
+    with_nominal_rounding(case, adapt_monitored(case, monitor)?, precision)
+}
+
+/// A plan that was adapted to the nominal member, with the rounding of a precision in its error.
+///
+/// # Errors
+/// As [`adapt_monitored`].
+pub(crate) fn with_nominal_rounding(case: &Case, plan: Plan, precision: Precision) -> Result<Plan, MarchError> {
+    with_rounding_of(case, plan, precision, &Ensemble::nominal(&case.factors))
 }
 
 /// The plan of a case, adapted so that each of some members meets the tolerance.
@@ -322,7 +350,8 @@ fn adapted_tolerance_k(case: &Case) -> Option<f64> {
 
 /// A plan of a case, checked at members for which it was not adapted: the same, with their error if that is larger, or
 /// one adapted to the nominal member and to these where they exceed both the tolerance and the error of the plan by the
-/// factor `accepted`. A member that does not complete has no error.
+/// factor `accepted`. A member that does not complete has no error. Errors include the rounding of the precision, which
+/// no adaptation reduces.
 ///
 /// # Errors
 /// As [`adapt_monitored`].
@@ -330,42 +359,54 @@ pub(crate) fn checked_at_members(
     case: &Case,
     plan: &Plan,
     members: &Ensemble,
+    precision: Precision,
     accepted: f64,
     monitor: &Monitor,
 ) -> Result<CheckedPlan, MarchError> {
     let (Some(tolerance_k), Some(claimed)) = (adapted_tolerance_k(case), plan.error_estimate.as_ref()) else {
         return Ok(CheckedPlan { plan: plan.clone(), is_adapted_anew: false });
     };
-    let refined = refined_traces(case, plan, members, monitor)?;
+    let refined = refined_traces(case, plan, Precision::F64, members, monitor)?;
     if refined.base.statuses.iter().any(|status| *status != MemberStatus::Completed) {
         return Ok(CheckedPlan { plan: plan.clone(), is_adapted_anew: false });
     }
     let found = refined.errors();
-    if found.temperature_k <= accepted * tolerance_k.max(claimed.nominal_k) {
+    let claimed_k = claimed.nominal_k - claimed.rounding.as_ref().map_or(0.0, |rounding| rounding.nominal_k);
+    if found.temperature_k <= accepted * tolerance_k.max(claimed_k) {
+        let rounding = match precision {
+            Precision::F32 => RoundingError::measure_at(case, plan, members)?,
+            Precision::F64 => None,
+        };
         let mut plan = plan.clone();
-        plan.error_estimate = Some(claimed.clone().with_members(found));
+        plan.error_estimate = Some(claimed.clone().with_members(found, rounding));
         return Ok(CheckedPlan { plan, is_adapted_anew: false });
     }
     let nominal = case.factors.iter().map(|factor| factor.nominal);
     let others = (0..members.len()).flat_map(|member| members.member(member));
     let all = Ensemble::from_values(case.factors.len(), nominal.chain(others).collect());
-    Ok(CheckedPlan { plan: adapt_members(case, &all, monitor)?, is_adapted_anew: true })
+    let plan = with_rounding_of(case, adapt_members(case, &all, monitor)?, precision, &all)?;
+    Ok(CheckedPlan { plan, is_adapted_anew: true })
 }
 
-/// Marches of members on a plan of a case and with twice and four times its cells and steps, for the errors of single
-/// readings. The plan may have been adapted to another exposure.
+/// Marches of members on a plan of a case in a precision, and in f64 with twice and four times its cells and steps, for
+/// the errors of single readings. The plan may have been adapted to another exposure.
 ///
 /// # Errors
 /// As [`adapt_monitored`].
 pub(crate) fn refined_traces(
     case: &Case,
     plan: &Plan,
+    precision: Precision,
     members: &Ensemble,
     monitor: &Monitor,
 ) -> Result<RefinedTraces, MarchError> {
     let trials = Trials { monitor, marched: Mutex::new(0) };
     let tolerance_k = case.resolution.tolerance_k.unwrap_or(DEFAULT_TOLERANCE_K);
-    refined_marches(&trials, case, &Plan::new(case), plan, members, tolerance_k)
+    let mut refined = refined_marches(&trials, case, &Plan::new(case), plan, members, tolerance_k)?;
+    if precision == Precision::F32 {
+        refined.base = march_extrapolated(&mut Cpu::new(precision), plan, members, 0..members.len())?;
+    }
+    Ok(refined)
 }
 
 /// The error of each of some members on a plan of a case in a precision: the difference to a march in f64 with twice
@@ -396,10 +437,39 @@ fn refined_marches(
     members: &Ensemble,
     tolerance_k: f64,
 ) -> Result<RefinedTraces, MarchError> {
-    let refined = |times: usize| trials.march(&stated.rediscretised(case, plan.discretisation.refined(times)), members);
-    let (quartered, (base, halved)) =
-        rayon::join(|| refined(4), || rayon::join(|| trials.march(plan, members), || refined(2)));
-    Ok(RefinedTraces { tolerance_k, base: base?, halved: halved?, quartered: quartered? })
+    let refined = |finer: Discretisation| trials.march(&stated.rediscretised(case, finer), members);
+    let by = |times: usize| refined(plan.discretisation.refined(times));
+    let steps_alone =
+        || has_steep_emissivity(case).then(|| refined(plan.discretisation.with_divided_steps(STEPS_ALONE))).transpose();
+    let (quartered, (base, (halved, divided))) =
+        rayon::join(|| by(4), || rayon::join(|| trials.march(plan, members), || rayon::join(|| by(2), steps_alone)));
+    Ok(RefinedTraces { tolerance_k, base: base?, halved: halved?, quartered: quartered?, divided: divided? })
+}
+
+/// Whether the emissivity of a face rises or falls so steeply with temperature that it changes the emitted flux more
+/// than T⁴ does.
+///
+/// A surface that meets such a rise follows it within the time in which its cell follows the heat flux, and steps that
+/// are longer pass over it. That time falls with the square of the cells, steps with their number: where both are
+/// halved, the steps become longer beside it, so that marches agree although all are wrong.
+fn has_steep_emissivity(case: &Case) -> bool {
+    let plies = [case.layup.plies.first(), case.layup.plies.last()];
+    let mut faces = [&case.exposure.hot_face, &case.exposure.back_face].into_iter().zip(plies.into_iter().flatten());
+    faces.any(|(face, ply)| {
+        let Face::Open(open) = face else { return false };
+        let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+        let mut own = std::iter::once(&ply.material.emissivity).chain(residues.map(|residue| &residue.emissivity));
+        open.emissivity == Emissivity::Material && own.any(is_steep)
+    })
+}
+
+/// Whether |T dε/dT| exceeds a multiple of 4 ε anywhere in a table.
+fn is_steep(emissivity: &Table) -> bool {
+    let mut points = emissivity.temperatures_k.windows(2).zip(emissivity.values.windows(2));
+    points.any(|(temperatures_k, values)| {
+        let rise = (values[1] - values[0]).abs() * temperatures_k[1];
+        rise > STEEP_EMISSIVITY * 4.0 * values[0].min(values[1]) * (temperatures_k[1] - temperatures_k[0])
+    })
 }
 
 /// A plan after a check of its error.

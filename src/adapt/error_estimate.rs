@@ -1,7 +1,7 @@
 //! Discretisation error of every output, from the difference to finer marches.
 
 use crate::case::Bounds;
-use crate::plan::{ErrorEstimate, GaugeError};
+use crate::plan::{ErrorEstimate, GaugeError, RoundingError};
 use crate::traces::{Gauge, MemberStatus, Peak, Traces};
 
 /// The error of each output of a march, with its tolerance.
@@ -96,22 +96,26 @@ impl OutputErrors {
     }
 }
 
-/// Traces of members on a plan, and with twice and four times its cells and steps.
+/// Traces of members on a plan, and with twice and four times its cells and steps; where the emissivity is steep also
+/// with [`STEPS_ALONE`](super::STEPS_ALONE) times its steps.
 #[derive(Clone, Debug)]
 pub(crate) struct RefinedTraces {
     pub(super) tolerance_k: f64,
     pub(super) base: Traces,
     pub(super) halved: Traces,
     pub(super) quartered: Traces,
+    pub(super) divided: Option<Traces>,
 }
 
 impl RefinedTraces {
     /// The largest errors over the members.
     pub(super) fn errors(&self) -> OutputErrors {
         let twofold = OutputErrors::twofold(&self.base, &self.halved, self.tolerance_k);
-        OutputErrors::difference(&self.base, &self.quartered, self.tolerance_k)
-            .scaled(FOURFOLD_ERROR_RATIO)
-            .max(&twofold)
+        let fourfold =
+            OutputErrors::difference(&self.base, &self.quartered, self.tolerance_k).scaled(FOURFOLD_ERROR_RATIO);
+        let divided =
+            self.divided.iter().map(|divided| OutputErrors::difference(&self.base, divided, self.tolerance_k));
+        divided.fold(fourfold.max(&twofold), |largest, of_steps| largest.max(&of_steps))
     }
 
     /// The largest error of a temperature over the members, K; infinite where a march did not complete.
@@ -150,13 +154,21 @@ impl ErrorEstimate {
         self
     }
 
-    /// With the larger errors of other members.
-    pub(super) fn with_members(mut self, found: OutputErrors) -> Self {
+    /// With the larger errors of other members, and their rounding in f32.
+    pub(super) fn with_members(mut self, found: OutputErrors, rounding: Option<RoundingError>) -> Self {
         let found = found.into_error_estimate(&[]);
+        let found = match rounding {
+            Some(rounding) => found.with_rounding(rounding),
+            None => found,
+        };
         self.nominal_k = self.nominal_k.max(found.nominal_k);
         for (gauge, found) in self.gauges.iter_mut().zip(&found.gauges) {
             gauge.error = gauge.error.max(found.error);
         }
+        self.rounding = match (self.rounding.take(), found.rounding) {
+            (Some(own), Some(found)) => Some(own.max(&found)),
+            (own, found) => own.or(found),
+        };
         self
     }
 

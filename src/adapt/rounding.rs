@@ -1,5 +1,5 @@
 //! Rounding in single precision, measured: the difference of a march in f32 from one in f64 of the same members on the
-//! same plan.
+//! same plan. A plan that is adapted anew, or checked at other members, has it measured anew.
 //!
 //! Rounding depends on the layup more than on its size: metal foils, slow reactions and small losses of mass are
 //! sensitive to it. No bound that is tight enough is known beforehand, and the measurement takes two marches.
@@ -29,7 +29,13 @@ impl RoundingError {
     /// # Errors
     /// As [`March::march`](crate::march::March::march); the CPU does not fail.
     pub(crate) fn measure(case: &Case, plan: &Plan) -> Result<Option<Self>, MarchError> {
-        let mut values = Ensemble::nominal(&case.factors).member(0);
+        Self::measure_at(case, plan, &Ensemble::nominal(&case.factors))
+    }
+
+    /// [`measure`](Self::measure) with the largest of some members in place of the nominal one. `None` where one of
+    /// them does not complete in f64.
+    pub(super) fn measure_at(case: &Case, plan: &Plan, at: &Ensemble) -> Result<Option<Self>, MarchError> {
+        let mut values: Vec<f64> = (0..at.len()).flat_map(|member| at.member(member)).collect();
         if !case.factors.is_empty() {
             let corners = corners(case, Bounds::Small);
             values.extend((0..MEMBERS - 1).flat_map(|corner| corners.member(corner)));
@@ -37,13 +43,18 @@ impl RoundingError {
         let members = Ensemble::from_values(case.factors.len(), values);
         let march = |precision| march_extrapolated(&mut Cpu::new(precision), plan, &members, 0..members.len());
         let (single, double) = (march(Precision::F32)?, march(Precision::F64)?);
-        if double.statuses[0] != MemberStatus::Completed {
+        if double.statuses[..at.len()].iter().any(|status| *status != MemberStatus::Completed) {
             return Ok(None);
         }
         let tolerance_k = tolerance_k(plan);
-        let nominal = OutputErrors::member_difference(&single, &double, 0, tolerance_k);
-        let completed = (1..members.len()).filter(|&corner| double.statuses[corner] == MemberStatus::Completed);
-        let residual = |of: fn(&Balance) -> f64| (of(&single.balances[0]) - of(&double.balances[0])).abs();
+        let of_members =
+            (0..at.len()).map(|member| OutputErrors::member_difference(&single, &double, member, tolerance_k));
+        let nominal = of_members.reduce(|largest, other| largest.max(&other)).unwrap_or_default();
+        let completed = (at.len()..members.len()).filter(|&corner| double.statuses[corner] == MemberStatus::Completed);
+        let residual = |of: fn(&Balance) -> f64| {
+            let pairs = single.balances[..at.len()].iter().zip(&double.balances);
+            pairs.map(|(single, double)| (of(single) - of(double)).abs()).fold(0.0, f64::max)
+        };
         Ok(Some(Self {
             nominal_k: nominal.temperature_k,
             corners_k: completed.map(|corner| largest_difference_k(&single, &double, corner)).reduce(f64::max),
@@ -51,6 +62,18 @@ impl RoundingError {
             energy_balance: residual(Balance::residual),
             mass_balance: residual(Balance::mass_residual),
         }))
+    }
+
+    /// The larger of two, output by output.
+    pub(super) fn max(mut self, other: &Self) -> Self {
+        self.nominal_k = self.nominal_k.max(other.nominal_k);
+        self.corners_k = self.corners_k.into_iter().chain(other.corners_k).reduce(f64::max);
+        for (gauge, other) in self.gauges.iter_mut().zip(&other.gauges) {
+            gauge.error = gauge.error.max(other.error);
+        }
+        self.energy_balance = self.energy_balance.max(other.energy_balance);
+        self.mass_balance = self.mass_balance.max(other.mass_balance);
+        self
     }
 
     /// The output that rounding changes most beside its tolerance, and the share of the tolerance, where f32 is not
@@ -70,6 +93,26 @@ impl RoundingError {
 /// The tolerance beside which errors are stated, K.
 fn tolerance_k(plan: &Plan) -> f64 {
     plan.error_estimate.as_ref().map_or(DEFAULT_TOLERANCE_K, |reached| reached.tolerance_k)
+}
+
+/// A plan whose error includes the rounding of a precision at some members: without change in f64, and where a member
+/// does not complete.
+///
+/// # Errors
+/// As [`March::march`](crate::march::March::march); the CPU does not fail.
+pub(super) fn with_rounding_of(
+    case: &Case,
+    mut plan: Plan,
+    precision: Precision,
+    at: &Ensemble,
+) -> Result<Plan, MarchError> {
+    if precision == Precision::F32
+        && let Some(reached) = &plan.error_estimate
+        && let Some(rounding) = RoundingError::measure_at(case, &plan, at)?
+    {
+        plan.error_estimate = Some(reached.clone().with_rounding(rounding));
+    }
+    Ok(plan)
 }
 
 impl ErrorEstimate {

@@ -20,7 +20,8 @@ pub enum Failure {
     Input(anyhow::Error),
     /// Device error: exit code 3.
     Device(anyhow::Error),
-    /// The report could not be written, or the run was stopped before there was an answer: exit code 1.
+    /// The report could not be written, the run was stopped before there was an answer, or the only answer cannot be
+    /// used: exit code 1.
     Report(anyhow::Error),
 }
 
@@ -87,7 +88,7 @@ impl From<SessionError> for Failure {
         match error {
             SessionError::Input(error) => error.into(),
             SessionError::Report(error) => error.into(),
-            SessionError::Stopped => Self::Report(error.into()),
+            SessionError::Stopped | SessionError::Unusable(_) => Self::Report(error.into()),
             other => Self::Device(other.into()),
         }
     }

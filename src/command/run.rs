@@ -7,11 +7,9 @@ use crate::command::progress::MarchProgress;
 use crate::command::resume::{Resumable, time_limit};
 use crate::command::stop::token_of_signals;
 use crate::command::terminal::print_error;
-use crate::plan::ErrorEstimate;
 use crate::report::files::OutputFolder;
 use crate::session::{Answers, CancelToken, Options, PlanCache, Session};
 use crate::study::uncertainty;
-use crate::study::validity::discretisation_failure;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -110,39 +108,12 @@ pub(crate) fn output_path(command: &str, args: &CaseArgs, id: &str) -> PathBuf {
     args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command))
 }
 
-/// The reason for exit code 1: the nominal march, the march at the estimate or the answer cannot be used, or the
-/// minimisation did not converge.
+/// The reason for exit code 1: an answer cannot be used, or a minimisation did not converge.
 pub(crate) fn exit_reason(answers: &Answers) -> Option<String> {
-    let nominal = answers.nominal.as_ref().and_then(|nominal| nominal.unusable_reason(&answers.case));
-    let nominal = nominal.map(|reason| format!("the nominal march {reason}"));
-    let estimated = answers.estimated.as_ref();
-    let unconverged = estimated.filter(|estimated| !estimated.converged);
+    let compared = answers.model_comparison.iter().map(|comparison| &comparison.estimated);
+    let unconverged = answers.estimated.iter().chain(compared).find(|estimated| !estimated.converged);
     let unconverged = || unconverged.map(|estimated| format!("no convergence: {}", estimated.termination));
-    let fits = || estimated.map(|estimated| estimated.fitted.as_slice()).unwrap_or_default();
-    let cases = std::iter::once(&answers.case).chain(&answers.other_cases);
-    let fitted = || cases.zip(fits()).find_map(|(case, fit)| fit.after.unusable_reason(case));
-    let fitted = || fitted().map(|reason| format!("the march at the estimate {reason}"));
-    nominal.or_else(unconverged).or_else(fitted).or_else(|| unusable_answer(answers))
-}
-
-/// Why the thickness, the layups or the heating found cannot be used, if they cannot: the discretisation error of their
-/// march.
-fn unusable_answer(answers: &Answers) -> Option<String> {
-    let failure = |estimate: &Option<ErrorEstimate>| estimate.as_ref().and_then(discretisation_failure);
-    let sized = answers.sizing.as_ref().and_then(|sizing| failure(&sizing.error_estimate));
-    let sized = sized.map(|reason| format!("the march at the required thickness cannot be used: {reason}"));
-    let layups = || answers.trade.iter().flat_map(|trade| &trade.layups);
-    let traded = || {
-        let reason = layups().find_map(|layup| failure(&layup.error_estimate))?;
-        Some(format!("the march of a layup cannot be used: {reason}"))
-    };
-    let recovered = || {
-        let error_k = answers.flux_inversion.as_ref()?.discretisation_error_k?;
-        let tolerance_k = answers.case.resolution.tolerance_k?;
-        let reason = discretisation_failure(&ErrorEstimate::of_temperature(error_k, tolerance_k))?;
-        Some(format!("the march with the heating found cannot be used: {reason}"))
-    };
-    sized.or_else(traded).or_else(recovered)
+    answers.unusable_reason().or_else(unconverged)
 }
 
 /// Text for standard output: the summary and the path of the report, or the summary as JSON.
@@ -201,27 +172,61 @@ pub(crate) fn print_renamed_files(folder: &OutputFolder) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::question::{Requirement, Size};
+    use crate::plan::ErrorEstimate;
+    use crate::question::{Requirement, Size, Uncertainty};
     use crate::session::BackendKind;
 
-    #[test]
-    fn a_thickness_whose_march_is_inaccurate_ends_with_exit_code_1() {
+    fn session() -> Session {
         let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
-        let options = Options::default().backend(BackendKind::Cpu);
-        let mut session = Session::open(case, &options).expect("the CPU is always available");
+        Session::open(case, &Options::default().backend(BackendKind::Cpu)).expect("the CPU is always available")
+    }
+
+    /// The reason for exit code 1 of spoiled answers.
+    fn reason(sound: &Answers, spoil: impl Fn(&mut Answers)) -> String {
+        assert_eq!(exit_reason(sound), None, "the answers are sound");
+        let mut spoiled = sound.clone();
+        spoil(&mut spoiled);
+        exit_reason(&spoiled).expect("a reason")
+    }
+
+    #[test]
+    fn a_thickness_whose_march_is_inaccurate_or_unbalanced_ends_with_exit_code_1() {
+        let mut session = session();
         let size = Size::new("SLAB", "BACK", 600.0);
         let requirement = Requirement { probability: 0.5, ..size.requirement.clone() };
         let size = Size { members: 10, requirement, ..size };
         session.size(&size).expect("a thickness");
-        let mut answers = session.answers().expect("answers").clone();
-        let sizing = answers.sizing.as_ref().expect("a thickness");
-        assert!(sizing.error_estimate.as_ref().is_some_and(|reached| reached.nominal_k < 0.1));
-        assert_eq!(exit_reason(&answers), None);
-        answers.sizing.as_mut().expect("a thickness").error_estimate = Some(ErrorEstimate::of_temperature(0.6, 0.05));
-        let reason = exit_reason(&answers).expect("a reason");
+        let answers = session.answers().expect("answers");
+        let sizing = |answers: &Answers| answers.sizing.clone().expect("a thickness");
+        assert!(sizing(answers).error_estimate.is_some_and(|reached| reached.nominal_k < 0.1));
+        let found = reason(answers, |answers| {
+            let inaccurate = Some(ErrorEstimate::of_temperature(0.6, 0.05));
+            answers.sizing.iter_mut().for_each(|sizing| sizing.error_estimate.clone_from(&inaccurate));
+        });
+        assert!(found.starts_with("the march at the required thickness cannot be used: its discretisation"), "{found}");
+        let found = reason(answers, |answers| {
+            let balances = answers.sizing.iter_mut().filter_map(|sizing| sizing.balance.as_mut());
+            balances.for_each(|balance| balance.stored_j_m2 *= 2.0);
+        });
+        assert!(found.starts_with("the march at the required thickness cannot be used: its energy balance"), "{found}");
+    }
+
+    #[test]
+    fn a_sweep_of_inaccurate_members_ends_with_exit_code_1_and_one_of_inaccurate_extremes_does_not() {
+        let mut session = session();
+        session.uncertainty(&Uncertainty { members: 50, ..Uncertainty::default() }).expect("a sweep");
+        let answers = session.answers().expect("answers");
+        let found = reason(answers, |answers| {
+            let errors = answers.uncertainty.iter_mut().filter_map(|sweep| sweep.discretisation_error.as_mut());
+            errors.for_each(|error| error.others.temperature_k = Some(0.6));
+        });
         assert!(
-            reason.starts_with("the march at the required thickness cannot be used: its discretisation"),
-            "{reason}"
+            found.starts_with("the march of a member cannot be used: its discretisation error is 0.6 K"),
+            "{found}"
         );
+        let mut extreme = answers.clone();
+        let errors = extreme.uncertainty.iter_mut().filter_map(|sweep| sweep.discretisation_error.as_mut());
+        errors.for_each(|error| error.extreme.temperature_k = Some(0.6));
+        assert_eq!(exit_reason(&extreme), None);
     }
 }

@@ -10,6 +10,7 @@ use super::format::millimetres;
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, wrap};
+use super::warnings::accuracy_warnings;
 use super::{ReportError, format};
 use crate::case::Case;
 use crate::fit::optimal_design::{Criterion, Robustness};
@@ -58,6 +59,15 @@ impl Reportable for ExperimentDesign {
                  State --correlation-time."
                     .to_owned(),
             );
+        }
+        let mut cases: Vec<usize> = Vec::new();
+        for scenario in &self.scenarios {
+            // Scenarios of one case differ in the length of the run alone.
+            if !cases.contains(&scenario.case) {
+                cases.push(scenario.case);
+                let march = format!("march of the candidates of {}", scenario.case_id);
+                warnings.extend(accuracy_warnings(scenario.error_estimate.as_ref(), &scenario.balance, &march));
+            }
         }
         let failed: usize = self.scenarios.iter().map(|scenario| scenario.failed).max().unwrap_or(0);
         if failed > 0 {

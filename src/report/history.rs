@@ -10,6 +10,7 @@ use super::files::table::{NamedFile, Names, Table};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
+use super::warnings::accuracy_warnings;
 use super::{ReportError, format};
 use crate::case::Case;
 use crate::study::answers::Answers;
@@ -243,6 +244,7 @@ fn history_warnings(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
             format::significant(tolerance_k, 2)
         ));
     }
+    warnings.extend(accuracy_warnings(None, &outcome.balance, "march with the heating found"));
     if !outcome.converged {
         warnings.push(format!("The estimation of the history did not converge: {}.", outcome.termination));
     }

@@ -10,6 +10,7 @@ use super::format::{millimetres, percent_near_limits};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, wrap};
+use super::warnings::accuracy_warnings;
 use super::{ReportError, format};
 use crate::fit::proportion::{Proportion, draws_for_ten_percent_error};
 use crate::study::answers::Answers;
@@ -260,6 +261,8 @@ fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
             percent_near_limits(outcome.requirement.probability)
         ));
     }
+    let balance = outcome.balance.unwrap_or_default();
+    warnings.extend(accuracy_warnings(outcome.error_estimate.as_ref(), &balance, "march at the required thickness"));
     warnings
 }
 

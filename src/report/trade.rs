@@ -10,6 +10,7 @@ use super::files::table::NamedFile;
 use super::format::{millimetres, percent, percent_near_limits};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
+use super::warnings::accuracy_warnings;
 use super::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::size::RequiredThickness;
@@ -253,6 +254,10 @@ fn warnings(answers: &Answers, outcome: &Trade) -> Vec<String> {
                 outcome.exposures[exposure]
             ));
         }
+    }
+    for layup in &outcome.layups {
+        let march = format!("march of {}", name(outcome, layup));
+        warnings.extend(accuracy_warnings(layup.error_estimate.as_ref(), &layup.balance, &march));
     }
     let warming = outcome.ranked().iter().filter(|layup| layup.still_warming).count();
     if warming > 0 {

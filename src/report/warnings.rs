@@ -3,9 +3,9 @@
 use super::{format, reportable};
 use crate::case::{CappedEmissivity, Case, Material, Ply};
 use crate::study::answers::Answers;
-use crate::study::nominal::Prediction;
-use crate::study::validity::{MAX_BALANCE_RESIDUAL, MOSTLY_ROUNDING};
-use crate::traces::MemberStatus;
+use crate::study::nominal::{ErrorEstimate, Prediction};
+use crate::study::validity::{MAX_BALANCE_RESIDUAL, MOSTLY_ROUNDING, balances};
+use crate::traces::{Balance, MemberStatus};
 
 /// Excursions beyond a property table up to this are ignored, K: over a few kelvin no property changes.
 const TABLE_MARGIN_K: f64 = 10.0;
@@ -70,36 +70,42 @@ pub(super) fn march_warnings(case: &Case, outcome: &Prediction, which: &str) -> 
             format::kelvin(*temperature_k)
         )),
     }
-    if let Some(reached) = outcome.error_estimate.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
+    warnings.extend(accuracy_warnings(outcome.error_estimate.as_ref(), &outcome.balance, &format!("{which} march")));
+    warnings
+}
+
+/// Warnings about the discretisation error and the balances of a march, such as the `nominal march`.
+pub(super) fn accuracy_warnings(reached: Option<&ErrorEstimate>, balance: &Balance, march: &str) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if let Some(reached) = reached.filter(|reached| reached.nominal_k > reached.tolerance_k) {
         let [cause, remedy] = match reached.is_rounding(reached.nominal_k, |rounding| rounding.nominal_k) {
             true => [MOSTLY_ROUNDING, "march in f64"],
             false => ["", "set cells and steps in [resolution]"],
         };
         warnings.push(format!(
-            "The discretisation error of the {which} march{cause} is {} K, above the tolerance of {} K: {remedy}.",
+            "The discretisation error of the {march}{cause} is {} K, above the tolerance of {} K: {remedy}.",
             format::significant(reached.nominal_k, 2),
             format::significant(reached.tolerance_k, 2)
         ));
     }
-    if let Some(reached) = &outcome.error_estimate {
+    if let Some(reached) = reached {
         for gauge in reached.gauges.iter().filter(|gauge| gauge.error > gauge.tolerance) {
             let [cause, remedy] = match reached.is_rounding(gauge.error, |rounding| rounding.of_gauge(gauge.gauge)) {
                 true => [MOSTLY_ROUNDING, ": march in f64"],
                 false => ["", ""],
             };
             warnings.push(format!(
-                "The discretisation error of the {which} march in {}{cause} is {}, above the tolerance of {}{remedy}.",
+                "The discretisation error of the {march} in {}{cause} is {}, above the tolerance of {}{remedy}.",
                 format::gauge_name(gauge.gauge),
                 format::gauge_error(gauge.gauge, gauge.error),
                 format::gauge_error(gauge.gauge, gauge.tolerance)
             ));
         }
     }
-    for (balance, residual, remedy) in outcome.balances() {
+    for (balance, residual, remedy) in balances(reached, balance) {
         if residual.abs() > MAX_BALANCE_RESIDUAL {
             warnings.push(format!(
-                "The {balance} balance of the {which} march has a relative residual of {}, above the limit of {}: \
-                 {remedy}.",
+                "The {balance} balance of the {march} has a relative residual of {}, above the limit of {}: {remedy}.",
                 format::significant(residual, 2),
                 format::significant(MAX_BALANCE_RESIDUAL, 1)
             ));

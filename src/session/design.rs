@@ -1,6 +1,7 @@
 //! The design of an experiment.
 
 use super::{ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, adapted, with_tolerance};
+use crate::adapt::with_nominal_rounding;
 use crate::case::Case;
 use crate::march::March;
 use crate::question::{self, check_noise, named_cases};
@@ -30,7 +31,9 @@ impl Session {
             let cases: Vec<Case> = std::iter::once(&answers.case).chain(&answers.other_cases).cloned().collect();
             let monitor = march.monitor();
             march.begin_sweep(cases.len() * request.question.members);
-            let found = design_experiment(&cases, *march, &request, &mut |case| adapted(case, of_session, &monitor))?;
+            let precision = march.backend().precision;
+            let mut adapt = |case: &Case| with_nominal_rounding(case, adapted(case, of_session, &monitor)?, precision);
+            let found = design_experiment(&cases, *march, &request, &mut adapt)?;
             answers.seed = Some(request.question.seed);
             answers.experiment_design = Some(found.clone());
             Ok(found)

@@ -28,6 +28,9 @@ pub enum SessionError {
     /// The march was stopped, by its token or its time limit, before there was an answer.
     #[error("stopped before there was an answer")]
     Stopped,
+    /// The march failed or is too inaccurate, and the study has no other answer.
+    #[error("{0}")]
+    Unusable(String),
     /// The report could not be written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -63,7 +66,16 @@ macro_rules! from_study {
     };
 }
 
-from_study!(DesignError, EstimateError, InversionError, PosteriorError, SizeError, SyntheticDataError);
+from_study!(DesignError, EstimateError, InversionError, PosteriorError, SizeError);
+
+impl From<SyntheticDataError> for SessionError {
+    fn from(error: SyntheticDataError) -> Self {
+        match error {
+            SyntheticDataError::March(error) => error.into(),
+            unusable => Self::Unusable(unusable.to_string()),
+        }
+    }
+}
 
 impl From<ComparisonError> for SessionError {
     fn from(error: ComparisonError) -> Self {

@@ -2,18 +2,18 @@
 
 use super::checkpoint::{ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
 use super::{Answers, MembersCallback, Options, SessionError, adapted, with_tolerance};
-use crate::adapt::{ACCEPTED_ERROR, checked_at_members, refined_traces};
+use crate::adapt::{ACCEPTED_ERROR, checked_at_members, refined_traces, with_nominal_rounding};
 use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::monitor::{Monitor, MonitoredMarch};
-use crate::march::{March, MarchError};
+use crate::march::{March, MarchError, Precision};
 use crate::plan::{ErrorEstimate, Plan};
 use crate::question::{self, Fit};
 use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study_from};
 use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
 use crate::study::driver_emissivity::driver_emissivity;
 use crate::study::driver_smoothing::driver_smoothing;
-use crate::study::estimate::{ParameterEstimates, SearchOptions, estimate_from};
+use crate::study::estimate::{EstimateError, ParameterEstimates, SearchOptions, estimate_from};
 use crate::study::kept_rows::KeptRows;
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
@@ -203,9 +203,13 @@ impl RunningStudy<'_> {
 
     /// The plans of the further cases.
     pub(super) fn other_plans(&self) -> Result<Vec<Plan>, SessionError> {
-        let monitor = self.march.monitor();
-        let adapt = |other: &Case| adapted(other, &self.options, &monitor);
-        Ok(self.answers.other_cases.iter().map(adapt).collect::<Result<_, _>>()?)
+        Ok(self.answers.other_cases.iter().map(|other| self.adapted(other)).collect::<Result<_, _>>()?)
+    }
+
+    /// The plan of another case, with the rounding of the march in its error.
+    fn adapted(&self, other: &Case) -> Result<Plan, MarchError> {
+        let plan = adapted(other, &self.options, &self.march.monitor())?;
+        with_nominal_rounding(other, plan, self.march.backend().precision)
     }
 
     pub(super) fn estimate<L: WorkLog>(
@@ -220,22 +224,8 @@ impl RunningStudy<'_> {
         plans.extend(self.other_plans()?);
         let Answers { case, other_cases: others, .. } = &self.answers;
         let cases: Vec<&Case> = std::iter::once(case).chain(others).collect();
-        let mut found = estimate_from(&runs(&cases, &plans), self.march, &search, &mut log)?;
+        let mut found = estimate_adapted(&cases, &mut plans, self.march, &search, &mut log)?;
         let monitor = self.march.monitor();
-        for _ in 0..MAX_ADAPTATIONS {
-            let mut is_adapted_anew = false;
-            for (which, (case, plan)) in cases.iter().zip(&mut plans).enumerate() {
-                let at_estimate = found.members(case, which, std::iter::once(found.values.as_slice()));
-                let checked = checked_at_members(case, plan, &at_estimate, 1.0, &monitor)?;
-                is_adapted_anew |= checked.is_adapted_anew;
-                *plan = checked.plan;
-                found.fitted[which].after.error_estimate.clone_from(&plan.error_estimate);
-            }
-            if !is_adapted_anew {
-                break;
-            }
-            found = estimate_from(&runs(&cases, &plans), self.march, &search, &mut NoLog)?;
-        }
         for (fitted, (case, plan)) in found.fitted.iter_mut().zip(cases.iter().zip(&plans)) {
             let (bounds, error_estimate) = (case.estimate.bounds, fitted.after.error_estimate.take());
             fitted.after.error_estimate = self.at_corners_of(bounds, case, plan, error_estimate)?;
@@ -250,12 +240,13 @@ impl RunningStudy<'_> {
             };
             let iterations = iterations - log.as_ref().map_or(0, RowKeeper::finished);
             self.march.begin_sweep(runs.len() * walkers.number * iterations);
-            let sampled = posterior_from(&runs, self.march, &found, walkers, &mut log);
-            let remarks = match &sampled {
-                Ok(sampled) => posterior_error_remarks(&runs, &found, sampled, &monitor)?,
-                Err(_) => Vec::new(),
-            };
-            self.answers.run.remarks.extend(remarks);
+            let mut sampled = posterior_from(&runs, self.march, &found, walkers, &mut log);
+            if let Ok(sampled) = &mut sampled {
+                let precision = self.march.backend().precision;
+                sampled.discretisation_errors_k = posterior_errors_k(&runs, &found, sampled, precision, &monitor)?;
+                let remarks = posterior_error_remarks(&cases, sampled);
+                self.answers.run.remarks.extend(remarks);
+            }
             self.answers.run.remarks.extend(end_of_log(log, matches!(sampled, Err(PosteriorError::March(_)))));
             self.answers.posterior = Some(sampled?);
             self.answers.seed = Some(walkers.seed);
@@ -281,9 +272,9 @@ impl RunningStudy<'_> {
         let Some(first) = found.fitted.first() else { return Ok(()) };
         let (search, other) =
             (fit.search(self.march.backend().precision), with_tolerance(other, self.options.tolerance_k));
-        let plan = adapted(&other, &self.options, &self.march.monitor())?;
-        self.answers.model_comparison =
-            Some(compare_models((&self.answers.case, first), (&other, &plan), self.march, &search)?);
+        let mut plans = [self.adapted(&other)?];
+        let mut fit_other = || estimate_adapted(&[&other], &mut plans, self.march, &search, &mut NoLog);
+        self.answers.model_comparison = Some(compare_models((&self.answers.case, first), &other, &mut fit_other)?);
         Ok(())
     }
 }
@@ -295,14 +286,43 @@ fn runs<'r>(cases: &[&'r Case], plans: &'r [Plan]) -> Vec<(&'r Case, &'r Plan)> 
     cases.iter().copied().zip(plans).collect()
 }
 
-/// A remark for each case whose discretisation error exceeds the tolerance at an end of the intervals of a posterior,
-/// where the other factors are at their medians.
-fn posterior_error_remarks(
+/// An estimate on plans that are adapted to it: repeated on others where the error at the estimate exceeds the
+/// tolerance. The marches at the estimate get its error.
+fn estimate_adapted(
+    cases: &[&Case],
+    plans: &mut [Plan],
+    march: &mut MonitoredMarch,
+    search: &SearchOptions,
+    log: &mut dyn WorkLog,
+) -> Result<ParameterEstimates, EstimateError> {
+    let mut found = estimate_from(&runs(cases, plans), march, search, log)?;
+    let (precision, monitor) = (march.backend().precision, march.monitor());
+    for _ in 0..MAX_ADAPTATIONS {
+        let mut is_adapted_anew = false;
+        for (which, (case, plan)) in cases.iter().zip(&mut *plans).enumerate() {
+            let at_estimate = found.members(case, which, std::iter::once(found.values.as_slice()));
+            let checked = checked_at_members(case, plan, &at_estimate, precision, 1.0, &monitor)?;
+            is_adapted_anew |= checked.is_adapted_anew;
+            *plan = checked.plan;
+            found.fitted[which].after.error_estimate.clone_from(&plan.error_estimate);
+        }
+        if !is_adapted_anew {
+            break;
+        }
+        found = estimate_from(&runs(cases, plans), march, search, &mut NoLog)?;
+    }
+    Ok(found)
+}
+
+/// The largest discretisation error of each case at the ends of the intervals of a posterior, where the other factors
+/// are at their medians, with the rounding of a precision, K; `None` where a case states its cells and steps.
+fn posterior_errors_k(
     runs: &[(&Case, &Plan)],
     found: &ParameterEstimates,
     posterior: &Posterior,
+    precision: Precision,
     monitor: &Monitor,
-) -> Result<Vec<String>, MarchError> {
+) -> Result<Vec<Option<f64>>, MarchError> {
     let medians: Vec<f64> = posterior.marginals.iter().map(|marginal| marginal.median).collect();
     let ends = posterior.marginals.iter().enumerate().flat_map(|(factor, marginal)| {
         [marginal.interval.0, marginal.interval.1].map(|end| {
@@ -312,21 +332,29 @@ fn posterior_error_remarks(
         })
     });
     let points: Vec<Vec<f64>> = ends.collect();
-    let mut remarks = Vec::new();
-    for (which, (case, plan)) in runs.iter().enumerate() {
-        if let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| plan.error_estimate.is_some()) {
-            let members = found.members(case, which, points.iter().map(Vec::as_slice));
-            let error_k = refined_traces(case, plan, &members, monitor)?.temperature_error_k();
-            if error_k > ACCEPTED_ERROR * tolerance_k {
-                remarks.push(format!(
-                    "{}: the discretisation error is {error_k:.2} K at the ends of the posterior, above the tolerance \
-                     of {tolerance_k} K",
-                    case.id
-                ));
-            }
+    let error_k = |(which, (case, plan)): (usize, &(&Case, &Plan))| -> Result<Option<f64>, MarchError> {
+        if plan.error_estimate.is_none() {
+            return Ok(None);
         }
-    }
-    Ok(remarks)
+        let members = found.members(case, which, points.iter().map(Vec::as_slice));
+        Ok(Some(refined_traces(case, plan, precision, &members, monitor)?.temperature_error_k()))
+    };
+    runs.iter().enumerate().map(error_k).collect()
+}
+
+/// A remark for each case whose discretisation error at the ends of the intervals of a posterior exceeds the tolerance.
+fn posterior_error_remarks(cases: &[&Case], posterior: &Posterior) -> Vec<String> {
+    let remark = |(case, error_k): (&&Case, &Option<f64>)| {
+        let (error_k, tolerance_k) = ((*error_k)?, case.resolution.tolerance_k?);
+        (error_k > ACCEPTED_ERROR * tolerance_k).then(|| {
+            format!(
+                "{}: the discretisation error is {error_k:.2} K at the ends of the posterior, above the tolerance of \
+                 {tolerance_k} K",
+                case.id
+            )
+        })
+    };
+    cases.iter().zip(&posterior.discretisation_errors_k).filter_map(remark).collect()
 }
 
 /// Keep the last rows of a study that was interrupted. Returns the first error.

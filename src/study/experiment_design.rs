@@ -17,9 +17,10 @@ pub use candidates::Candidate;
 use crate::case::Case;
 use crate::fit::optimal_design::{Criterion, InformationTable, Objective, OptimalSet, Robustness, optimal_sets};
 use crate::march::{March, MarchError};
-use crate::plan::Plan;
+use crate::plan::{ErrorEstimate, Plan};
 use crate::question::Design as DesignQuestion;
 use crate::study::estimate::ParameterEstimates;
+use crate::traces::Balance;
 use information::{Information, gather};
 
 /// A question with all that it leaves open to the case.
@@ -145,6 +146,10 @@ pub struct Scenario {
     pub members: usize,
     /// Members that failed and are left out.
     pub failed: usize,
+    /// Estimated error of the readings at the candidates; `None` where cells and steps are stated.
+    pub error_estimate: Option<ErrorEstimate>,
+    /// Heat and mass in, out and stored of the nominal march.
+    pub balance: Balance,
 }
 
 /// Depths and what they tell.
@@ -337,5 +342,7 @@ fn scenario(
         existing,
         members: table.members(),
         failed: information.failed,
+        error_estimate: information.error_estimate.clone(),
+        balance: information.balance,
     })
 }

@@ -26,10 +26,10 @@ use crate::case::{Case, Observation, Schedule};
 use crate::ensemble::Ensemble;
 use crate::fit::{Fit, LeastSquares, Options, minimize};
 use crate::march::monitor::Monitor;
-use crate::march::{March, MarchError};
+use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use crate::question::History;
-use crate::traces::Traces;
+use crate::traces::{Balance, Traces};
 use inversion_problem::InversionProblem;
 use knots::Knots;
 use linearized_inversion::{LinearizedInversion, LinearizedQuery};
@@ -101,6 +101,8 @@ pub struct FluxInversion {
     pub samples: usize,
     /// Heating schedules marched.
     pub marches: usize,
+    /// Heat and mass in, out and stored of the march with the heating found.
+    pub balance: Balance,
     /// Whether the minimisation ended at a minimum.
     pub converged: bool,
     /// Why the minimisation ended, as a clause.
@@ -334,10 +336,10 @@ impl Inversion<'_> {
         };
 
         let ends = problem.traces(&DMatrix::from_columns(&[in_units(&knots.case_values), fit.point.clone()]))?;
-        let marches = problem.marches;
+        let (marches, precision) = (problem.marches, problem.march.backend().precision);
         let values: Vec<f64> = fit.point.iter().map(|value| value * scale).collect();
         let found_case = self.heated_case(&values);
-        let errors_k = self.discretisation_errors_k(&found_case, &whole_plan, &flat, &monitor)?;
+        let errors_k = self.discretisation_errors_k(&found_case, &whole_plan, precision, &flat, &monitor)?;
         // A reading that is too high is met by less heating.
         let errors = errors_k.iter().flatten().zip(&flat).map(|(error_k, sample)| -error_k / sample.sigma_k);
         let errors = match errors_k {
@@ -382,17 +384,20 @@ impl Inversion<'_> {
             end_s,
             samples: flat.len(),
             marches,
+            balance: ends[1].balances[0],
             converged: fit.termination.converged(),
             termination: fit.termination.to_string(),
         })
     }
 
     /// The discretisation error of each sample with a heating, K, on the cells and steps of a plan that was adapted to
-    /// another one; infinite where a finer march fails. `None` where the case states its cells and steps.
+    /// another one, with the rounding of a precision; infinite where a finer march fails. `None` where the case states
+    /// its cells and steps.
     fn discretisation_errors_k(
         &self,
         heated: &Case,
         plan: &Plan,
+        precision: Precision,
         samples: &[Sample],
         monitor: &Monitor,
     ) -> Result<Option<Vec<f64>>, MarchError> {
@@ -400,7 +405,7 @@ impl Inversion<'_> {
             return Ok(None);
         }
         let nominal = Ensemble::nominal(&heated.factors);
-        let refined = refined_traces(heated, &plan.with_exposure(&heated.exposure), &nominal, monitor)?;
+        let refined = refined_traces(heated, &plan.with_exposure(&heated.exposure), precision, &nominal, monitor)?;
         let readings: Vec<(usize, usize)> = samples.iter().map(|sample| (sample.sensor, sample.instant)).collect();
         Ok(Some(refined.reading_errors_k(0, &readings).unwrap_or_else(|| vec![f64::INFINITY; samples.len()])))
     }

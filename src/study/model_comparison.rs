@@ -1,11 +1,9 @@
 //! Comparison of two physical models: how much of the misfit does a second case explain, fitted to the same
 //! observations?
 
-use super::estimate::{CaseFit, EstimateError, ParameterEstimates, SearchOptions, estimate};
+use super::estimate::{CaseFit, EstimateError, ParameterEstimates};
 use super::nominal::Prediction;
 use crate::case::{Case, Face, Observation};
-use crate::march::March;
-use crate::plan::Plan;
 
 /// A second case, fitted to the observations of the first, and the residuals of both at every observed thermocouple.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -65,20 +63,19 @@ pub enum ComparisonError {
     Estimate(#[from] EstimateError),
 }
 
-/// Fit `other` with its own settings, and compare its residuals with those of `first`, a fit of `case`.
+/// Fit `other` with its own settings by `fit`, and compare its residuals with those of `first`, a fit of `case`.
 ///
 /// # Errors
-/// When the observations differ, or when [`estimate`] fails.
+/// When the observations differ, or when the fit fails.
 pub fn compare_models(
     (case, first): (&Case, &CaseFit),
-    (other, plan): (&Case, &Plan),
-    march: &mut dyn March,
-    search: &SearchOptions,
+    other: &Case,
+    fit: &mut dyn FnMut() -> Result<ParameterEstimates, EstimateError>,
 ) -> Result<ModelComparison, ComparisonError> {
     if let Some(why) = observation_mismatch(case, other) {
         return Err(ComparisonError::ObservationsDiffer { case: case.id.clone(), other: other.id.clone(), why });
     }
-    let estimated = estimate(&[(other, plan)], march, search)?;
+    let estimated = fit()?;
     let cooling_s = cooling_start_s(case);
     let left = |(seen, counterpart): (&Observation, &Observation)| {
         let rms_k = |from_s: f64, to_s: f64| {

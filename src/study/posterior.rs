@@ -71,6 +71,9 @@ pub struct Posterior {
     pub discrepancy: Discrepancy,
     /// One per case, in their order.
     pub predicted: Vec<PosteriorPredictive>,
+    /// The largest discretisation error of each case at the ends of the intervals of the factors, where the others are
+    /// at their medians, K; `None` where the case states cells and steps, and empty where it was not measured.
+    pub discretisation_errors_k: Vec<Option<f64>>,
 }
 
 /// Errors of a posterior.
@@ -205,6 +208,7 @@ pub(crate) fn posterior_from(
         chains: ChainTraces::of(&sampled),
         discrepancy,
         predicted,
+        discretisation_errors_k: Vec::new(),
     })
 }
 

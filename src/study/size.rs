@@ -10,16 +10,16 @@ pub(in crate::study) use scalable_case::{ScalableCase, mass_kg_m2};
 pub(in crate::study) use thickness_march::{SearchStart, ThicknessMarch, by_reason};
 
 use super::margins::quantile_rank;
-use super::nominal::{Peak, nominal};
+use super::nominal::{Peak, Prediction, nominal};
 use super::uncertainty::{Failure, Sweep, uncertainty};
 use super::work_log::{NoLog, WorkLog};
-use crate::adapt::{ACCEPTED_ERROR, adapt_monitored, checked_at_members};
+use crate::adapt::{ACCEPTED_ERROR, adapt_for, checked_at_members};
 use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::fit::proportion::{Proportion, counts_below_95, quantile_ranks_95};
 use crate::march::{March, MarchError};
 use crate::plan::ErrorEstimate;
-use crate::traces::MemberStatus;
+use crate::traces::{Balance, MemberStatus};
 use scalable_case::with_scaled_plies;
 use thickness_march::guess_thickness_m;
 
@@ -82,6 +82,8 @@ pub struct Sizing {
     pub check: Option<IndependentCheck>,
     /// Estimated error of the nominal march at the case's and at the required thickness.
     pub error_estimate: Option<ErrorEstimate>,
+    /// Heat and mass in, out and stored of the nominal march at the required thickness; `None` where none was found.
+    pub balance: Option<Balance>,
     /// Members marched, including the check.
     pub marches: usize,
 }
@@ -224,7 +226,8 @@ pub(crate) fn size_from(
     limited.limits = vec![TemperatureLimit { part: demand.part, limit_k: demand.limit_k }];
     let case = &limited;
     let scalable = ScalableCase::new(case, &demand.ply)?;
-    let mut plan = adapt_monitored(&scalable.case, &march.monitor())?;
+    let precision = march.backend().precision;
+    let mut plan = adapt_for(&scalable.case, precision, &march.monitor())?;
     let drawn_m = scalable.case_thickness_m;
     let (members, drawn) = (sweep.members, sweep.ensemble(case));
     let mut marches = 0;
@@ -238,7 +241,8 @@ pub(crate) fn size_from(
         marches += trial.marches;
         let thickness_m = required_quantile(&found.required, demand.probability).sort_key_m().min(sizing.within_m.1);
         let at_answer = scalable.nominal_member(thickness_m);
-        let checked = checked_at_members(&scalable.case, &plan, &at_answer, ACCEPTED_ERROR, &march.monitor())?;
+        let monitor = march.monitor();
+        let checked = checked_at_members(&scalable.case, &plan, &at_answer, precision, ACCEPTED_ERROR, &monitor)?;
         if checked.is_adapted_anew && adaptations == MAX_ADAPTATIONS {
             break (sizing, found);
         }
@@ -277,11 +281,12 @@ pub(crate) fn size_from(
     let error_estimate = error_estimate.map(at_corners).transpose()?;
     let plies = &scalable.plies;
     let mut still_warming = curve[curve.len() - 1].1.time_s >= case.exposure.duration_s;
-    let mut checked = None;
+    let (mut checked, mut balance) = (None, None);
     if let Some(thickness_m) = needed.found_m() {
         let anew = with_scaled_plies(case, plies, thickness_m / drawn_m);
-        let (check, peak) = independent_check(&anew, march, demand, sweep)?;
-        still_warming = peak.time_s >= case.exposure.duration_s;
+        let (check, at_answer) = independent_check(&anew, march, demand, sweep)?;
+        still_warming = at_answer.margins[0].peak.time_s >= case.exposure.duration_s;
+        balance = Some(at_answer.balance);
         marches += members + 1;
         checked = Some(check);
     }
@@ -302,6 +307,7 @@ pub(crate) fn size_from(
         still_warming,
         check: checked,
         error_estimate,
+        balance,
         marches,
         requirement: demand.clone(),
     })
@@ -461,8 +467,8 @@ fn independent_check(
     march: &mut dyn March,
     demand: &SizingRequirement,
     sweep: &Sweep,
-) -> Result<(IndependentCheck, Peak), MarchError> {
-    let plan = adapt_monitored(anew, &march.monitor())?;
+) -> Result<(IndependentCheck, Prediction), MarchError> {
+    let plan = adapt_for(anew, march.backend().precision, &march.monitor())?;
     let nominal = nominal(anew, &plan, march)?;
     let Sweep { members, sampling, .. } = *sweep;
     let kind = if sampling.kind == SamplingKind::Uniform { SamplingKind::Uniform } else { SamplingKind::Normal };
@@ -478,13 +484,12 @@ fn independent_check(
         0 => f64::NAN,
         completed => peaks_k[quantile_rank(completed, percent / 100.0) - 1],
     };
-    let peak = nominal.margins[0].peak;
     let check = IndependentCheck {
         seed: sampling.seed,
         below_limit: Proportion { count, total: members },
         failed: members - outcome.completed,
-        nominal_k: peak.temperature_k,
+        nominal_k: nominal.margins[0].peak.temperature_k,
         percentiles_k: [2.5, 50.0, 97.5].map(percentile_k),
     };
-    Ok((check, peak))
+    Ok((check, nominal))
 }

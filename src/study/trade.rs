@@ -19,6 +19,7 @@ use crate::case::{Case, Material};
 use crate::fit::proportion::Proportion;
 use crate::march::March;
 use crate::plan::ErrorEstimate;
+use crate::traces::Balance;
 use layup_sizing::{PreparedExposure, size_layup};
 use mass_derivatives::mass_derivatives;
 use rank_changes::rank_changes;
@@ -107,6 +108,9 @@ pub struct SizedLayup {
     /// Estimated error of the nominal march at the case's and at the required thickness, under the exposure where it is
     /// largest.
     pub error_estimate: Option<ErrorEstimate>,
+    /// Heat and mass in, out and stored of the nominal march at the required thickness, or at the largest one, under
+    /// the exposure where they are off most.
+    pub balance: Balance,
 }
 
 /// The table of a property that ends below the temperatures met.

@@ -1,7 +1,8 @@
 //! Synthetic measurements from known factors (the twin experiment).
 
 use super::uncertainty::failure_reason;
-use super::validity::discretisation_failure;
+use super::validity::{inaccuracy, unusable};
+use crate::adapt::{ACCEPTED_ERROR, checked_at_members};
 use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
@@ -33,9 +34,9 @@ pub struct Noise {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SyntheticDataError {
-    /// A temperature left the valid range; with the reason.
-    #[error("the march at the true factors failed: {0}")]
-    Diverged(String),
+    /// The march failed or is too inaccurate; with the reason.
+    #[error("the march at the true factors {0}")]
+    Unusable(String),
     /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
@@ -63,6 +64,7 @@ impl Noise {
 }
 
 /// March the case at `truth`, one value per factor, and add noise of standard deviation `noise_k` to every reading.
+/// Cells and steps are adapted anew where those of the plan are too coarse for the truth.
 ///
 /// # Errors
 /// When the march at the truth or the device fails.
@@ -74,14 +76,18 @@ pub fn twin(
     noise_k: f64,
     noise: &Noise,
 ) -> Result<SyntheticData, SyntheticDataError> {
-    let traces: Traces = march.march(plan, &Ensemble::from_values(case.factors.len(), truth), 0..1)?;
+    let truth = Ensemble::from_values(case.factors.len(), truth);
+    let (precision, monitor) = (march.backend().precision, march.monitor());
+    let plan = checked_at_members(case, plan, &truth, precision, ACCEPTED_ERROR, &monitor)?.plan;
+    let traces: Traces = march.march(&plan, &truth, 0..1)?;
     let failure = match traces.statuses[0] {
         MemberStatus::Diverged { time_s } => Some(format!("a temperature left 0 to 4,000 K at {time_s:.3} s")),
         ref status => failure_reason(case, status),
     };
-    let failure = failure.or_else(|| plan.error_estimate().and_then(discretisation_failure));
-    if let Some(reason) = failure {
-        return Err(SyntheticDataError::Diverged(reason));
+    let failed = failure.map(|reason| format!("failed: {reason}"));
+    let unusable = || unusable(inaccuracy(plan.error_estimate(), &traces.balances[0]));
+    if let Some(reason) = failed.or_else(unusable) {
+        return Err(SyntheticDataError::Unusable(reason));
     }
     let measured_k = (0..case.sensors.len()).map(|sensor| {
         let noise = noise.sample(&plan.instants_s, 0, sensor);

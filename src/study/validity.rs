@@ -4,6 +4,7 @@ use super::nominal::Prediction;
 use super::uncertainty::failure_reason;
 use crate::case::Case;
 use crate::plan::{ErrorEstimate, GaugeError, RoundingError};
+use crate::traces::Balance;
 
 /// Largest acceptable relative residual of the energy and mass balances.
 pub const MAX_BALANCE_RESIDUAL: f64 = 1e-3;
@@ -15,27 +16,32 @@ impl Prediction {
     /// Why this march of a case cannot be used, as the rest of a sentence about it; `None` if it can.
     pub fn unusable_reason(&self, case: &Case) -> Option<String> {
         let failed = failure_reason(case, &self.status).map(|reason| format!("failed: {reason}"));
-        let inaccurate = || {
-            let discretisation = self.error_estimate.as_ref().and_then(discretisation_failure);
-            let reason = discretisation.or_else(|| self.balances().into_iter().find_map(balance_failure))?;
-            Some(format!("cannot be used: {reason}"))
-        };
-        failed.or_else(inaccurate)
+        failed.or_else(|| unusable(inaccuracy(self.error_estimate.as_ref(), &self.balance)))
     }
+}
 
-    /// The energy and the mass balance: name, relative residual, and what makes it smaller.
-    pub(crate) fn balances(&self) -> [(&'static str, f64, &'static str); 2] {
-        let remedy = |residual: f64, of: fn(&RoundingError) -> f64| {
-            let reached = self.error_estimate.as_ref();
-            let is_rounding = reached.is_some_and(|reached| reached.is_rounding(residual.abs(), of));
-            if is_rounding { "march in f64" } else { "refine steps or cells" }
-        };
-        let (energy, mass) = (self.balance.residual(), self.balance.mass_residual());
-        [
-            ("energy", energy, remedy(energy, |rounding| rounding.energy_balance)),
-            ("mass", mass, remedy(mass, |rounding| rounding.mass_balance)),
-        ]
-    }
+/// The rest of a sentence about a march that is too inaccurate.
+pub(super) fn unusable(inaccuracy: Option<String>) -> Option<String> {
+    inaccuracy.map(|reason| format!("cannot be used: {reason}"))
+}
+
+/// Why the values of a march cannot be used, if they cannot: its discretisation error or a balance.
+pub(crate) fn inaccuracy(reached: Option<&ErrorEstimate>, balance: &Balance) -> Option<String> {
+    let discretisation = reached.and_then(discretisation_failure);
+    discretisation.or_else(|| balances(reached, balance).into_iter().find_map(balance_failure))
+}
+
+/// The energy and the mass balance: name, relative residual, and what makes it smaller.
+pub(crate) fn balances(reached: Option<&ErrorEstimate>, balance: &Balance) -> [(&'static str, f64, &'static str); 2] {
+    let remedy = |residual: f64, of: fn(&RoundingError) -> f64| {
+        let is_rounding = reached.is_some_and(|reached| reached.is_rounding(residual.abs(), of));
+        if is_rounding { "march in f64" } else { "refine steps or cells" }
+    };
+    let (energy, mass) = (balance.residual(), balance.mass_residual());
+    [
+        ("energy", energy, remedy(energy, |rounding| rounding.energy_balance)),
+        ("mass", mass, remedy(mass, |rounding| rounding.mass_balance)),
+    ]
 }
 
 /// Where more than half of an error is rounding.

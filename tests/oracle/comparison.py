@@ -38,6 +38,11 @@ class Reported:
     columns: dict[str, Array]
     screen: str
 
+    @property
+    def is_refused(self) -> bool:
+        """Whether there are no values, or bondline itself says that they cannot be used."""
+        return not self.summary or (self.exit_code == 1 and "cannot be used" in self.message)
+
 
 @dataclass
 class Finding:
@@ -175,10 +180,10 @@ def judge(program: str, folder: Path, features: set[str], scratch: Path, work: f
     reports = {p: predict(program, folder, scratch / f"out-{p}", p) for p in ("f64", "f32")}
     times = set[float]()
     for precision, report in reports.items():
+        if report.is_refused:
+            outcome.messages[precision] = f"exit {report.exit_code}: {report.message or report.screen}"
         if report.summary:
             times.update(report.times_s.tolist())
-        else:
-            outcome.messages[precision] = f"exit {report.exit_code}: {report.message or report.screen}"
     try:
         case = load(folder)
         if not times:
@@ -195,7 +200,7 @@ def judge(program: str, folder: Path, features: set[str], scratch: Path, work: f
     )
     outcome.work, outcome.is_loose = truth.work, truth.is_loose
     for precision, report in reports.items():
-        if report.summary:
+        if not report.is_refused:
             at = np.searchsorted(instants, report.times_s)
             own = Result(report.times_s, {k: v[at] for k, v in truth.traces.items()}, truth.numbers, truth.errors)
             compare(outcome, precision, report, own)

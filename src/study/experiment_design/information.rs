@@ -8,8 +8,8 @@ use crate::fit::noise_model::ScoreSum;
 use crate::fit::optimal_design::{InformationTable, Objective, OptimalSet, Robustness};
 use crate::limits::SENSORS;
 use crate::march::{March, MarchError};
-use crate::plan::Plan;
-use crate::traces::{MemberStatus, Traces};
+use crate::plan::{ErrorEstimate, Plan};
+use crate::traces::{Balance, MemberStatus, Traces};
 
 /// Information of one case.
 pub(super) struct Information {
@@ -26,6 +26,10 @@ pub(super) struct Information {
     instants_s: Vec<f64>,
     /// Factor × candidate × instant at nominal factors, K per prior standard deviation.
     nominal_k: Vec<Vec<Vec<f64>>>,
+    /// Of the plan.
+    pub error_estimate: Option<ErrorEstimate>,
+    /// Of the nominal march.
+    pub balance: Balance,
 }
 
 /// Points with their derivatives per batch: traces of a few ten megabytes.
@@ -78,8 +82,8 @@ pub(super) fn gather(
         return Err(DesignError::TooManyFailed { case: case.id.clone(), failed, members: members.len() });
     }
     let tables = gathering.tables();
-    let Gathering { prediction, nominal_k, .. } = gathering;
-    let instants_s = plan.instants_s.clone();
+    let Gathering { prediction, nominal_k, balance, .. } = gathering;
+    let (instants_s, error_estimate) = (plan.instants_s.clone(), plan.error_estimate.clone());
     Ok(Information {
         candidates,
         selectable,
@@ -90,6 +94,8 @@ pub(super) fn gather(
         deviations,
         instants_s,
         nominal_k,
+        error_estimate,
+        balance,
     })
 }
 
@@ -132,6 +138,7 @@ struct Gathering<'a> {
     entries: Vec<Vec<f64>>,
     prediction: Vec<f64>,
     nominal_k: Vec<Vec<Vec<f64>>>,
+    balance: Balance,
     members: usize,
     failed: usize,
 }
@@ -155,6 +162,7 @@ impl<'a> Gathering<'a> {
             entries: vec![Vec::new(); run_lengths_s.len()],
             prediction: Vec::new(),
             nominal_k: Vec::new(),
+            balance: Balance::default(),
             members: 0,
             failed: 0,
         }
@@ -176,6 +184,7 @@ impl<'a> Gathering<'a> {
         let by_factor = |factor: usize| traces.peak(row + 1 + factor, target).temperature_k;
         self.prediction.extend(self.deviations.iter().enumerate().map(|(factor, sd)| sd * by_factor(factor)));
         if is_nominal {
+            self.balance = traces.balances[row];
             let scaled = |factor: usize, sensor: usize| -> Vec<f64> {
                 slopes(factor, sensor).iter().map(|slope| self.deviations[factor] * slope).collect()
             };

@@ -1,7 +1,7 @@
 //! Sizing of one layup for its limit under all exposures.
 
 use super::{CandidateLayup, SizedLayup, Sweep, TableEnd};
-use crate::adapt::{ACCEPTED_ERROR, adapt_monitored, checked_at_members};
+use crate::adapt::{ACCEPTED_ERROR, adapt_for, checked_at_members};
 use crate::case::{Bounds, Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
 use crate::fit::proportion::quantile_ranks_95;
@@ -13,7 +13,7 @@ use crate::study::size::{
     ThicknessMarch, by_reason, check_start, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,
 };
 use crate::study::work_log::WorkLog;
-use crate::traces::Peak;
+use crate::traces::{Balance, Peak};
 use std::collections::BTreeMap;
 
 /// A layup under one exposure, with a thickness factor on the sized plies.
@@ -29,7 +29,7 @@ impl PreparedExposure {
         let mut limited = case.clone();
         limited.limits = vec![TemperatureLimit { part: requirement.part, limit_k: requirement.limit_k }];
         let scalable = ScalableCase::new(&limited, &requirement.ply)?;
-        let plan = adapt_monitored(&scalable.case, &march.monitor())?;
+        let plan = adapt_for(&scalable.case, march.backend().precision, &march.monitor())?;
         Ok(Self { scalable, plan })
     }
 }
@@ -66,7 +66,8 @@ pub(super) fn size_layup(
         let mut is_adapted_anew = false;
         for PreparedExposure { scalable, plan } in &mut *exposures {
             let at_answer = scalable.nominal_member(thickness_m);
-            let checked = checked_at_members(&scalable.case, plan, &at_answer, ACCEPTED_ERROR, &march.monitor())?;
+            let (precision, monitor) = (march.backend().precision, march.monitor());
+            let checked = checked_at_members(&scalable.case, plan, &at_answer, precision, ACCEPTED_ERROR, &monitor)?;
             is_adapted_anew |= checked.is_adapted_anew;
             *plan = checked.plan;
         }
@@ -174,6 +175,7 @@ fn size_on_plans(
         table_ends: Vec::new(),
         rank: None,
         error_estimate: None,
+        balance: Balance::default(),
     };
     let mut found = LayupSizing { layup, governing, marches };
     found.add_nominal_march(exposures, march)?;
@@ -201,6 +203,14 @@ impl LayupSizing {
             let Peak { time_s, .. } = traces.limited_peak(0, 0);
             if exposure == governing {
                 layup.still_warming = time_s >= scalable.case.exposure.duration_s;
+            }
+            // A residual that is not a number is the largest.
+            let off = |balance: &Balance| {
+                let [energy, mass] = [balance.residual().abs(), balance.mass_residual().abs()];
+                if energy.total_cmp(&mass).is_gt() { energy } else { mass }
+            };
+            if exposure == 0 || off(&traces.balances[0]).total_cmp(&off(&layup.balance)).is_gt() {
+                layup.balance = traces.balances[0];
             }
             for (ply, &(_, met_k)) in traces.extremes_k.iter().enumerate() {
                 let material = &scalable.case.layup.plies[ply].material.id;

@@ -145,7 +145,7 @@ mod tests {
                 case.factors.len(),
                 (0..ensemble.len()).flat_map(|member| ensemble.member(member)).collect(),
             );
-            let all = refined_traces(&case, &plan, &all, &monitor).expect("the processor works");
+            let all = refined_traces(&case, &plan, Precision::F64, &all, &monitor).expect("the processor works");
             let largest_k = all.temperature_error_k();
             assert!((0.5 * largest_k..=1.2 * largest_k).contains(&claimed_k), "{bounds:?}: {claimed_k}, {largest_k}");
         }
