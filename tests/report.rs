@@ -76,7 +76,7 @@ fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
 }
 
 /// The fault of a page that is too large.
-pub fn overweight(page: &str) -> Option<String> {
+pub(crate) fn overweight(page: &str) -> Option<String> {
     (page.len() > PAGE_BYTES).then(|| format!("{} bytes, at most {PAGE_BYTES} expected", page.len()))
 }
 

@@ -70,7 +70,7 @@ mod tests {
         let large = small.clone().at_corners_of(Bounds::Large, &case, &plan, Precision::F64, &monitor);
         let large = large.expect("the processor does not fail");
         let true_k = |bounds| {
-            let refined = refined_traces(&case, &plan, &corners(&case, bounds), &monitor);
+            let refined = refined_traces(&case, &plan, Precision::F64, &corners(&case, bounds), &monitor);
             refined.expect("the processor does not fail").temperature_error_k()
         };
         for estimate in [&small, &large] {

@@ -48,7 +48,7 @@ impl Case {
         let mut input_files = self.input_files.clone();
         let unused = self.reading_notes.materials.unused.iter().filter_map(|own| own.read.as_ref().ok());
         let chosen = unused.filter(|(own, _)| materials.iter().any(|(_, material)| material.id == own.id));
-        input_files.0.extend(chosen.map(|(_, file)| file.clone()));
+        input_files.files.extend(chosen.map(|(_, file)| file.clone()));
         Ok(Self { input_files, ..builder.build()? })
     }
 

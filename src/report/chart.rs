@@ -375,9 +375,9 @@ mod tests {
 
     #[test]
     fn an_axis_of_a_count_has_ticks_at_integers() {
-        let of = |end| super::axis(&Axis::integer("Iteration"), (0.0, end), false)["dtick"].clone();
+        let of = |end| axis(&Axis::integer("Iteration"), (0.0, end), false)["dtick"].clone();
         assert_eq!([3.0, 9.0, 40.0].map(of), [json!(1.0), json!(1.0), json!(5.0)]);
-        assert_eq!(super::axis(&Axis::linear("Time"), (0.0, 3.0), false).get("dtick"), None);
+        assert_eq!(axis(&Axis::linear("Time"), (0.0, 3.0), false).get("dtick"), None);
     }
 
     #[test]

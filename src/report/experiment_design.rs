@@ -110,7 +110,7 @@ impl Reportable for ExperimentDesign {
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
-        let names = Names::of_factors(&self.request.factors);
+        let names = Names::of_factors(&self.request.question.factors);
         Ok(vec![designs_table().csv(&names, designs(self))?, information_table().csv(&names, information(self))?])
     }
 

@@ -245,7 +245,7 @@ fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
             format::seconds(answers.case.exposure.duration_s)
         ));
     }
-    let rises = |pair: &[crate::study::size::PeakCurvePoint]| {
+    let rises = |pair: &[PeakCurvePoint]| {
         pair[1].nominal.temperature_k > pair[0].nominal.temperature_k + 1.0
     };
     if let Some(pair) = outcome.peak_curve.windows(2).find(|pair| rises(pair)) {

@@ -144,7 +144,7 @@ impl<'a> ReferenceResolver<'a> {
         let diagnostics = Diagnostics::default();
         let bytes = self.files.read_unrecorded(&format!("{MATERIALS}/{name}.toml"));
         let file = InputFile::new(path.clone(), bytes.as_deref().unwrap_or_default());
-        let material = parse_toml_file(bytes, &path, FileKind::Material, &diagnostics)
+        let material = parse_toml_file(bytes, &path, &diagnostics)
             .and_then(|root| material::material(root.reader(&diagnostics), name.clone()));
         let read = diagnostics.into_result(material).map(|material| (Arc::new(material), file));
         UnusedMaterial { name, path, read: read.map_err(|error| error.to_string()) }

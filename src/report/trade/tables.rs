@@ -10,7 +10,7 @@ use crate::report::html::table::{list, table};
 use crate::report::{ReportError, format};
 use crate::study::answers::Answers;
 use crate::study::margins::quantile_rank;
-use crate::study::trade::{RESAMPLES, RankChange, SizedLayup, TableEnd, Trade};
+use crate::study::trade::{RESAMPLES, Rank, RankChange, SizedLayup, TableEnd, Trade};
 
 /// The name, with a mark if a property table ends below the temperatures met.
 pub(super) fn marked_name(outcome: &Trade, layup: &SizedLayup) -> String {
