@@ -317,14 +317,13 @@ pub(super) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
     Table::<ProfileRow<'a>>::new(
         &["depth-profiles.csv"],
         "Temperatures through the thickness, one row per profile and depth (`--depth-profiles` of `predict`, \
-         `uncertainty`, `study`). The depths are cell faces and nodes; an interface has two rows, one for each side. The \
+         `uncertainty`, `study`). The depths are cell faces and nodes; an interface has two rows, one for \
+         each side. The \
          percentiles exist with a sweep, over its first 1,000 members at most.",
     )
-    .text(
-        "profile",
-        "`instant`, or `maximum`: the highest temperature over the whole exposure at each depth.",
-        |row| row.kind.to_owned(),
-    )
+    .text("profile", "`instant`, or `maximum`: the highest temperature over the whole exposure at each depth.", |row| {
+        row.kind.to_owned()
+    })
     .number("time_s", "s", "Time; empty for the maximum.", |row| row.time_s)
     .number("depth_m", "m", "Depth below the hot face, in the layup of the case file.", |row| row.depth_m)
     .text("ply", "Ply.", |row| row.ply.to_owned())
@@ -365,7 +364,8 @@ type StateRow<'a> = (&'a DepthProfiles, &'a CellStates, usize, usize, &'a str);
 pub(super) fn states_table<'a>() -> Table<StateRow<'a>> {
     Table::<StateRow<'a>>::new(
         &["state-profiles.csv"],
-        "Density, char fraction and gas pressure through the thickness, one row per instant and cell, at nominal factors \
+        "Density, char fraction and gas pressure through the thickness, one row per instant and cell, at nominal \
+         factors \
          (`--depth-profiles`, where plies decompose or gas moves). The values are those of the finer grid, without \
          extrapolation, computed on the processor.",
     )

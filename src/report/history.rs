@@ -301,7 +301,8 @@ fn on_screen(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
 pub(super) fn schedule_table() -> Table<(f64, f64)> {
     Table::<(f64, f64)>::new(
         &["history.csv"],
-        "The recovered heating (`history`), a schedule that a case file can read. One of the last three columns exists.",
+        "The recovered heating (`history`), a schedule that a case file can read. One of the last three columns \
+         exists.",
     )
     .number("time_s", "s", "Time.", |row| row.0)
     .number("flux_w_m2", "W/m²", "Cold-wall heat flux.", |row| row.1)
@@ -319,8 +320,10 @@ pub(super) fn band_table<'a>() -> Table<KnotRow<'a>> {
     }
     Table::<KnotRow<'a>>::new(
         &["history-band.csv"],
-        "One row per knot (`history`), with the columns of the recovered quantity. The interval is one for the true value: \
-         it has noise, regularisation bias and discretisation error. Of all knots of a history 95 % are held on average, \
+        "One row per knot (`history`), with the columns of the recovered quantity. The interval is one for the true \
+         value: \
+         it has noise, regularisation bias and discretisation error. Of all knots of a history 95 % are held \
+         on average, \
          of those beside sudden changes fewer ([theory](../theory/inference.md)).",
     )
     .number("time_s", "s", "Time.", |row| row.0.times_s[row.1])

@@ -20,7 +20,8 @@ use serde::Serialize;
 pub(super) fn looks_table<'a>() -> Table<&'a Look> {
     Table::<&'a Look>::new(
         &["looks.csv"],
-        "One row per look at the interval (`uncertainty --until`). Ends of the interval are empty where there are too few \
+        "One row per look at the interval (`uncertainty --until`). Ends of the interval are empty where there are \
+         too few \
          members.",
     )
     .number("members", "–", "Members drawn.", |look| look.members as f64)

@@ -245,9 +245,7 @@ fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
             format::seconds(answers.case.exposure.duration_s)
         ));
     }
-    let rises = |pair: &[PeakCurvePoint]| {
-        pair[1].nominal.temperature_k > pair[0].nominal.temperature_k + 1.0
-    };
+    let rises = |pair: &[PeakCurvePoint]| pair[1].nominal.temperature_k > pair[0].nominal.temperature_k + 1.0;
     if let Some(pair) = outcome.peak_curve.windows(2).find(|pair| rises(pair)) {
         warnings.push(format!(
             "From {} to {} the nominal peak of {part} rises with thickness: the solution may not be unique.",

@@ -234,7 +234,8 @@ type ChainRow = (usize, usize, Vec<f64>);
 pub(in crate::report) fn chains_table() -> Table<ChainRow> {
     Table::<ChainRow>::new(
         &["chains.csv"],
-        "Markov chains of a posterior, one row per walker and iteration (`estimate --posterior`): at most 8 walkers and \
+        "Markov chains of a posterior, one row per walker and iteration (`estimate --posterior`): at most 8 walkers \
+         and \
          500 iterations of each, with the burn-in.",
     )
     .number("walker", "–", "Index of the walker.", |row| row.0 as f64)

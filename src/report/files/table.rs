@@ -17,7 +17,8 @@ pub(in crate::report) struct Description {
     pub columns: Vec<ColumnDescription>,
 }
 
-/// A column, or several that share a meaning. In the name `<sensor>` and `<factor>` stand for the names of the case, and
+/// A column, or several that share a meaning. In the name `<sensor>` and `<factor>` stand for the names of the case,
+/// and
 /// `{low,high}` for each of the names in braces.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::report) struct ColumnDescription {

@@ -37,8 +37,10 @@ pub(super) fn traces_table<'a>() -> Table<TraceRow<'a>> {
     }
     Table::<TraceRow<'a>>::new(
         &["traces.csv", "traces-<case>.csv"],
-        "Temperatures over time, one row per instant (every command that marches a nominal case). The columns after the \
-         sensors exist where plies decompose or gas moves. `traces-<case>.csv` is that of a further case of an estimate.",
+        "Temperatures over time, one row per instant (every command that marches a nominal case). The columns after \
+         the \
+         sensors exist where plies decompose or gas moves. `traces-<case>.csv` is that of a further case of \
+         an estimate.",
     )
     .number("time_s", "s", "Time.", |row| row.0.instants_s[row.2])
     .numbers("<sensor>_k", "K", "Temperature at nominal factors.", |row| temperatures(row.0, row.2))
@@ -49,18 +51,12 @@ pub(super) fn traces_table<'a>() -> Table<TraceRow<'a>> {
         gauge(row, Gauge::GasFlux)
     })
     .number("mass_lost_kg_m2", "kg/m²", "Solid mass lost since the start.", |row| gauge(row, Gauge::MassLost))
-    .number(
-        "virgin_front_m",
-        "m",
-        "Depth down to which 2 % of the decomposable mass is lost; 0 before.",
-        |row| gauge(row, Gauge::VirginFront),
-    )
-    .number(
-        "char_front_m",
-        "m",
-        "Depth down to which 98 % of the decomposable mass is lost; 0 before.",
-        |row| gauge(row, Gauge::CharFront),
-    )
+    .number("virgin_front_m", "m", "Depth down to which 2 % of the decomposable mass is lost; 0 before.", |row| {
+        gauge(row, Gauge::VirginFront)
+    })
+    .number("char_front_m", "m", "Depth down to which 98 % of the decomposable mass is lost; 0 before.", |row| {
+        gauge(row, Gauge::CharFront)
+    })
     .number("peak_pressure_pa", "Pa", "Highest gas pressure in the layup.", |row| gauge(row, Gauge::PeakPressure))
     .number("back_pressure_pa", "Pa", "Gas pressure at the back face.", |row| gauge(row, Gauge::BackPressure))
 }

@@ -11,7 +11,7 @@ const BOTTOM: f64 = 60.0;
 const TOP: f64 = 40.0;
 const GAP: f64 = 6.0;
 /// Most ticks of a panel, and sizes of its fonts, pixels.
-const MAX_TICKS: usize = 4;
+const MAX_TICKS: usize = 6;
 const TICK_SIZE: f64 = 12.0;
 const NAME_SIZE: f64 = 13.0;
 

@@ -203,7 +203,8 @@ pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
     }
     Table::<LayupRow<'a>>::new(
         &["layups.csv"],
-        "One row per layup (`trade`): those with a rank, by mass, and then the others, whose columns are empty where no \
+        "One row per layup (`trade`): those with a rank, by mass, and then the others, whose columns are empty where \
+         no \
          allowed thickness suffices.",
     )
     .number("rank", "–", "Rank from 1; equal masses share one.", |row| rank(row, |rank| rank.rank as f64))
@@ -220,12 +221,9 @@ pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
         row.2.nominal_required().found_m().unwrap_or(f64::NAN)
     })
     .number("margin_m", "m", "Their difference.", |row| row.2.margin_m().unwrap_or(f64::NAN))
-    .number(
-        "share_within_limit_as_drawn",
-        "–",
-        "Members below the limit at the thickness in the case file.",
-        |row| row.2.below_limit(row.2.case_thickness_m).fraction(),
-    )
+    .number("share_within_limit_as_drawn", "–", "Members below the limit at the thickness in the case file.", |row| {
+        row.2.below_limit(row.2.case_thickness_m).fraction()
+    })
     .text("largest_share_factor", "Factor with the largest share in the variance of the thickness.", |row| {
         largest(row.2).map_or(String::new(), |(factor, _)| row.0.case.factors[factor].name.clone())
     })
@@ -233,7 +231,9 @@ pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
     .number("rank_low", "–", "Lowest rank in the central 95 % of the resamples.", |row| {
         rank(row, |rank| rank.resampled.map_or(f64::NAN, |resampled| resampled.interval.0 as f64))
     })
-    .number("rank_high", "–", "The highest.", |row| rank(row, |rank| rank.resampled.map_or(f64::NAN, |resampled| resampled.interval.1 as f64)))
+    .number("rank_high", "–", "The highest.", |row| {
+        rank(row, |rank| rank.resampled.map_or(f64::NAN, |resampled| resampled.interval.1 as f64))
+    })
     .number("first_share", "–", "Share of the resamples in which no layup is lighter.", |row| {
         rank(row, |rank| rank.resampled.map_or(f64::NAN, |resampled| resampled.first_share))
     })
