@@ -2,10 +2,12 @@
 
 use super::error::SessionError;
 use crate::case::Case;
+use crate::ensemble::Sampling;
+use crate::march::backend_selection::BackendOptions;
 use crate::march::monitor::Monitor;
 use crate::march::{Backend, Precision};
 use crate::plan::{Plan, RoundingError};
-use crate::question::InputError;
+use crate::question::{Draw, InputError, QuestionRecord, SessionRecord, Uncertainty};
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
 use crate::study::run_record::RunRecord;
@@ -165,6 +167,11 @@ impl SweepMerger {
         answers.seed = Some(first.draw.sampling.seed);
         answers.nominal = Some(self.nominal.clone());
         answers.uncertainty = Some(outcome);
+        let Sweep { members, sampling: Sampling { kind: sampling, seed }, bounds: sampling_bounds } = first.draw;
+        let draw = Draw { sampling, seed, sampling_bounds };
+        let question = Uncertainty { members, draw, ..Uncertainty::default() };
+        let session = SessionRecord::new(&BackendOptions::default(), &answers.backend, None);
+        answers.asked = Some(QuestionRecord::new(&question.into(), &self.case, session, &self.run));
         Ok(answers)
     }
 

@@ -42,7 +42,7 @@ pub struct Answers {
     pub timing: Timing,
     /// When, by which command and from which files.
     pub run: RunRecord,
-    /// The question as it was asked; `None` for a sweep that was merged from its parts.
+    /// The question as it was asked, that of the whole sweep for merged parts; `None` before it is answered.
     #[serde(skip)]
     pub asked: Option<QuestionRecord>,
     /// What was read of the observations.

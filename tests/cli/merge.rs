@@ -231,15 +231,16 @@ fn a_damaged_part_or_a_changed_case_is_refused() {
     scratch.write("c/case.toml", CASE);
     let line = format!("merge {}", pieces(&scratch, "-n 20", &[(0, 20)])[0]);
     let piece = scratch.read("p/c-0-20.json");
+    let numbers = "p/c-0-20.json: damaged: its numbers do not agree";
     let damages = [
-        ("\"numbers\":[20,", "\"numbers\":[19,"),
-        ("\"sampling\":\"normal\"", "\"sampling\":\"dice\""),
-        ("\"kept\":{\"0\":[", "\"kept\":{\"9999\":["),
-        ("\"below_k\":[", "\"below_k\":[0.1,"),
+        ("\"numbers\":[20,", "\"numbers\":[19,", numbers),
+        ("\"sampling\":\"normal\"", "\"sampling\":\"dice\"", "unknown variant `dice`, expected one of `normal`"),
+        ("\"kept\":{\"0\":[", "\"kept\":{\"9999\":[", numbers),
+        ("\"below_k\":[", "\"below_k\":[0.1,", numbers),
     ];
-    for (from, to) in damages {
+    for (from, to, message) in damages {
         scratch.write("p/c-0-20.json", sealed(&piece, from, to));
-        refused(&scratch, run(&scratch, &line), 2, &["p/c-0-20.json: damaged: its numbers do not agree"]);
+        refused(&scratch, run(&scratch, &line), 2, &[message]);
     }
     // Any other byte is noticed by the checksum.
     let mut random = Uniform(1);

@@ -113,7 +113,8 @@ pub(super) fn column_lengths(plan: &Plan, cells: usize, threads: u32) -> String 
     let next_phases = if plan.rows.gas.is_some() { enthalpies } else { 1 };
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\n\
-         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\nconst NEXT_PHASE_CELLS = {next_phases}u;\n"
+         const NODE_CELLS = {nodes}u;\nconst ENTHALPY_CELLS = {enthalpies}u;\n\
+         const NEXT_PHASE_CELLS = {next_phases}u;\n"
     )
 }
 
