@@ -21,6 +21,11 @@ var<COLUMNS> first_solution: array<real, ENTHALPY_CELLS>;
 var<COLUMNS> reduced: array<real, ENTHALPY_CELLS>;
 var<COLUMNS> rhs_or_increment: Column;
 
+// Half the reciprocal distance from the node of a cell to the next node of its ply, 1/m.
+fn half_over_distance_1_m(cell: u32) -> real {
+    return cells[cell].half_over_next_1_m;
+}
+
 // Evaluates what is constant over the march.
 fn scale() {
     for (var p = 0u; p < run.plies; p++) {
@@ -76,11 +81,6 @@ fn stage_increment(cell: u32, stage: u32) -> real {
 
 fn stage_temperature(cell: u32, stage: u32) -> DoubleWord {
     return add_unnormalized(temperatures[cell], stage_increment(cell, stage));
-}
-
-// Half the reciprocal distance from the node of a cell to the next node of its ply, 1/m.
-fn half_over_distance_1_m(cell: u32) -> real {
-    return cells[cell].half_over_next_1_m;
 }
 
 // Forcing of a face at the start of a step (`at` 0) or at its end (1).

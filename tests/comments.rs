@@ -11,6 +11,7 @@ const NAMES_ELSEWHERE: &[(&str, &str)] = &[
     ("trf", "SciPy"),
     ("f_scale", "SciPy"),
     ("AB", "an example of a text"),
+    ("question.toml", "a file of every report"),
     ("materials/felt.toml", "an example of a path in a case"),
     ("TC1_peak_k", "an example of a column, named after a sensor"),
     ("TC1_peak_time_s", "an example of a column, named after a sensor"),

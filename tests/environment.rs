@@ -36,7 +36,9 @@ fn read_by_the_program() -> BTreeSet<String> {
         let text = text(&path);
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
         if ["env::var", "env!(\"BONDLINE"].iter().any(|reads| code.contains(reads)) {
-            found.extend(code.split('"').filter(|word| is_variable(word)).map(str::to_owned));
+            // Names of values in the help of options are no variables.
+            let lines = code.lines().filter(|line| !line.contains("value_name"));
+            found.extend(lines.flat_map(|line| line.split('"')).filter(|word| is_variable(word)).map(str::to_owned));
         }
     }
     // Those of the compiler.

@@ -139,6 +139,7 @@ impl FromStr for EqualPiece {
             None => (task()?, text, " from SLURM_ARRAY_TASK_ID"),
         };
         let numbers = number.trim().parse().ok().zip(pieces.trim().parse().ok());
+        let numbers = numbers.filter(|(number, pieces)| (1..=*pieces).contains(number));
         let piece = numbers.map(|(number, pieces)| Self { number, pieces });
         piece.ok_or_else(|| format!("expected K/N with K from 1 to N, found piece {number:?}{from} of {pieces:?}"))
     }

@@ -22,7 +22,11 @@ const NAMES: [(&str, &str); 6] = [
 fn named(replaced: &str, name: &str) -> String {
     let (key, _) = replaced.split_once(" = ").expect("a key");
     assert_eq!(CASE.matches(replaced).count(), 1, "{replaced}");
-    let escaped = |c: char| if c.is_control() { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    let escaped = |c: char| match c {
+        '"' | '\\' => format!("\\{c}"),
+        c if c.is_control() => format!("\\u{:04x}", u32::from(c)),
+        c => c.to_string(),
+    };
     let text: String = name.chars().map(escaped).collect();
     CASE.replacen(replaced, &format!("{key} = \"{text}\""), 1)
 }

@@ -103,7 +103,9 @@ fn a_time_limit_ends_a_sweep_with_an_answer_that_can_be_resumed_but_not_lost_by_
     assert!(nothing.stderr.contains("keeps nothing: starting with the first"), "{}", nothing.stderr);
     let short = run(&scratch, "predict c --limit-time 0s --out two").exited_with(1);
     assert!(short.stderr.contains("stopped before there was an answer"), "{}", short.stderr);
-    run(&scratch, "predict c --limit-time 5K --out two").exited_with(2).with_stderr(&["--limit-time \"5K\""]);
+    run(&scratch, "predict c --limit-time 5K --out two")
+        .exited_with(2)
+        .with_stderr(&["'5K' for '--limit-time <TIME>': wrong dimension"]);
 }
 
 #[test]
@@ -189,7 +191,9 @@ fn a_coverage_study_that_is_killed_goes_on_from_its_fits_to_the_same_bits() {
     let scratch = Scratch::new("killed-study");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVATIONS);
     resumed_to_the_same_bits(&scratch, "twin c --study 300", "fits.json", "keeps data sets 0..", "--seed 2");
-    run(&scratch, "twin c --resume").exited_with(2).with_stderr(&["--resume: without --study N nothing is fitted"]);
+    run(&scratch, "twin c --resume")
+        .exited_with(2)
+        .with_stderr(&["--resume: it is for the report of a study, with --study N"]);
     run(&scratch, "twin c --limit-time 1s").exited_with(2);
 }
 

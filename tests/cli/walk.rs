@@ -61,7 +61,6 @@ const WRITTEN: &[(&str, &[&str])] = &[
             "traces.csv",
         ],
     ),
-    ("repeat", &["figures/hot-face.svg", "figures/nominal.svg", "traces.csv"]),
     (
         "merge",
         &[
@@ -251,7 +250,7 @@ impl Place {
 
     /// Make the pieces of a sweep that a line merges, and the reports that it repeats.
     fn prepare(&self, line: &str) {
-        for report in ["r", "s"].iter().filter(|_| line.starts_with("repeat ")) {
+        for report in ["p/r", "p/s"].iter().filter(|_| line.starts_with("repeat ")) {
             let made = wait_for(&mut self.command(&format!("predict c --quiet --out {report}")));
             assert_eq!(made.code, 0, "{}", made.stderr);
         }
@@ -558,12 +557,12 @@ fn a_command_writes_the_files_of_the_table_and_no_others() {
         let known: Vec<String> = match is_report {
             true => known
                 .iter()
-                .chain(&["report.html", "summary.json"])
+                .chain(&["question.toml", "report.html", "summary.json"])
                 .map(|name| format!("out/c/{command}/{name}"))
                 .collect(),
             false => known.iter().map(|name| (*name).to_owned()).collect(),
         };
-        // A merge has its pieces beside it.
+        // A merge has its pieces beside it, and what is repeated its report.
         let new = files.keys().filter(|path| !path.starts_with("p/"));
         let unknown = new.clone().filter(|path| !known.iter().any(|pattern| matches(pattern, path)));
         wrong.extend(unknown.map(|path| format!("{command} writes {path}")));

@@ -242,7 +242,9 @@ fn plies_of_zero_initial_conductivity_are_divided_into_cells() {
     for insulated in [1..2, 0..case.layup().plies.len()] {
         let case = modified(&case, |case| {
             for ply in &mut case.layup.plies[insulated] {
-                Arc::make_mut(&mut ply.material).conductivity = Conductivity::ThreePart(ThreePartConductivity {
+                let material = Arc::make_mut(&mut ply.material);
+                material.id += "_insulating";
+                material.conductivity = Conductivity::ThreePart(ThreePartConductivity {
                     solid_w_m_k: 0.0,
                     solid_exponent: 0.0,
                     pores: Vec::new(),

@@ -224,6 +224,7 @@ fn a_contact_factor_that_scales_nothing_or_what_another_scales_is_refused() {
 fn at_rest(side: Side) -> Case {
     let constant = |conductivity_w_m_k: f64| {
         let mut material = Material::named("nextel440_bf20").expect("it is built in");
+        material.id = format!("conductivity_{conductivity_w_m_k}");
         material.conductivity = Conductivity::Tables(vec![(1e5, Table::constant(conductivity_w_m_k))]);
         Arc::new(material)
     };
