@@ -51,7 +51,7 @@ fn quoted(comment: &str) -> impl Iterator<Item = &str> {
 
 fn is_file(name: &str) -> bool {
     let ends = |ending: &&str| name.ends_with(*ending);
-    [".rs", ".wgsl", ".md", ".toml", ".py", ".sh", ".js", ".css"].iter().any(|ending| ends(ending))
+    [".rs", ".wgsl", ".md", ".toml", ".py", ".sh", ".js", ".css"].iter().any(ends)
         && name.chars().all(|c| is_word(c) || "./-".contains(c))
 }
 

@@ -314,7 +314,7 @@ fn a_missing_row_and_an_unknown_row_of_the_page_are_caught() {
     for (row, file, name) in [
         ("| `seed` |", "summary.json", "seed"),
         ("| `objective_rise` |", "profiles.csv", "objective_rise"),
-        ("| `unexplained` |", "shares.csv", "unexplained"),
+        ("| `criterion_worst` |", "designs.csv", "criterion_worst"),
     ] {
         assert_eq!(page.matches(row).count(), 1, "{row}");
         let without = page.replace(row, &row.replace(name, "renamed"));

@@ -194,7 +194,7 @@ fn a_name_that_is_empty_too_long_or_no_name_of_a_column_is_refused() {
             if what == "title" && name.len() > 2 {
                 continue;
             }
-            let message = if what == "material" && name.trim().len() > 0 { "unknown material" } else { message };
+            let message = if what == "material" && !name.trim().is_empty() { "unknown material" } else { message };
             scratch.write("c/case.toml", named(replaced, name));
             refused(&scratch, run(&scratch, "predict c"), 1, &[message]);
         }

@@ -71,7 +71,7 @@ pub(in crate::report) fn traces_file(
 ) -> Result<NamedFile, ReportError> {
     let is_absent = |gauge: &&str| nominal.gauge_traces.iter().all(|trace| trace.gauge.name() != *gauge);
     let gauges = Gauge::ALL.map(Gauge::name);
-    let mut absent: Vec<&str> = gauges.iter().copied().filter(|gauge| is_absent(&gauge)).collect();
+    let mut absent: Vec<&str> = gauges.iter().copied().filter(|gauge| is_absent(gauge)).collect();
     if fitted.is_none() {
         absent.push(FITTED);
     }

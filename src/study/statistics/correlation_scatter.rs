@@ -136,7 +136,8 @@ impl PartialScatter {
         let explained: f64 = grades.iter().zip(above.iter().zip(&squares)).map(explained).sum();
         let step_noise = (0.25 * (1.0 - ranks.equal_share()) - variance - explained).max(0.0);
         let true_square = true_variance(left_square, step_noise, members);
-        let scatter = |((slope, square), (own, above)): ((&f64, &f64), (&Vec<f64>, &Vec<f64>))| {
+        let scatter = |factor: usize| {
+            let (slope, square, own, above) = (slopes[factor], squares[factor], &residuals[factor], &above[factor]);
             if true_square < PERFECT * variance {
                 return 0.0;
             }
@@ -149,8 +150,7 @@ impl PartialScatter {
             };
             influence_variance(&(0..left.len()).map(influence).collect::<Vec<f64>>()) / (1.0 + ratio * ratio)
         };
-        let each = slopes.iter().zip(&squares).zip(residuals.iter().zip(&above));
-        Some(Self { scatters: each.map(scatter).collect(), step_noise: step_noise / variance })
+        Some(Self { scatters: (0..slopes.len()).map(scatter).collect(), step_noise: step_noise / variance })
     }
 
     /// The partial rank correlation of a factor and its interval from all members, with `free` degrees of freedom: from

@@ -108,9 +108,6 @@ fn intervals_contain_the_partial_rank_correlations_of_correlated_factors_up_to_o
     };
     let covered = partial_rank_coverage(300, sweeps);
     assert_eq!(covered.len(), MODELS.len() + 1);
-    for (name, shares) in &covered {
-        println!("{name}: {shares:?}");
-    }
     for (name, shares) in covered {
         assert!(shares.iter().all(|share| *share >= least), "{name}: {shares:?}");
     }
