@@ -3,10 +3,6 @@
 //!
 //! Values are in SI, with the unit at the end of the name. From outside a field has its name without the unit, and its
 //! value is a text with a unit: `least_distance_m` is `--least-distance "0.5 mm"` (see `quantity.rs`).
-#![cfg_attr(
-    feature = "command",
-    expect(rustdoc::broken_intra_doc_links, reason = "the comments of options are their help in a terminal")
-)]
 
 mod design;
 mod draw;
