@@ -160,7 +160,9 @@ def test_a_sweep_survives_the_death_of_three_of_four_workers(slab: bondline.Case
                 assert partial.completed < members
                 left.pop().kill()
 
-        found = bondline.dask.uncertainty(slab, members, 3, client=client, pieces=60, progress=kill, interval_s=0.0)
+        found = bondline.dask.uncertainty(
+            slab, members, client=client, pieces=60, progress=kill, interval_s=0.0, seed=3
+        )
         assert len(client.scheduler_info()["workers"]) == 1
         assert [process.wait(60) for process in processes[1:]] == [-signal.SIGKILL] * 3
     assert numbers(found) == numbers(slab.uncertainty(n=members, seed=3))

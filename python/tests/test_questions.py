@@ -134,7 +134,7 @@ def test_an_unknown_option_is_refused_with_those_that_there_are(slab: bondline.C
 def test_options_that_are_no_part_of_a_question_say_where_they_are_given(slab: bondline.Case) -> None:
     for option in ("backend", "set", "out", "resume", "part", "piece"):
         with pytest.raises(bondline.OptionError, match=f"{option} has no effect here: "):
-            slab.uncertainty(n=10, **{option: "1"})
+            slab._ask(bondline.Result, "uncertainty", {"n": 10, option: "1"}, False)
 
 
 def test_defaults_are_those_of_the_library() -> None:

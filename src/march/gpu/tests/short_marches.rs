@@ -395,7 +395,7 @@ radiant_flux.points = [["0 s", "0 W/cm^2"], ["1 s", "14 W/cm^2"], ["28 s", "14 W
 radiant_flux.outside = "zero"
 [back_face]
 kind = "cooled"
-coefficient = "5 W/m^2/K"
+heat_transfer_coefficient = "5 W/m^2/K"
 ambient = "290 K"
 [gas]
 flow = "unhindered"
