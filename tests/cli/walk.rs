@@ -274,6 +274,11 @@ impl Place {
             }
             let bytes = match name.rsplit('.').next() {
                 Some("html") => Vec::new(),
+                // The question of a report has the path of its case.
+                Some("toml") => {
+                    let own = self.scratch.path().display().to_string();
+                    String::from_utf8_lossy(&bytes).replace(&own, ".").into_bytes()
+                }
                 Some("json") => serde_json::from_slice(&bytes).map_or(bytes, |value| {
                     let value = without_run(value);
                     if name.ends_with("summary.json") { value.to_string().into_bytes() } else { Vec::new() }
