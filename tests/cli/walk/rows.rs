@@ -99,7 +99,7 @@ pub(super) const ROWS: &[Row] = &[
     differs("*", "set", "", "--set f_q=1.05"),
     refused("observations", "limit-time", "--limit-time 1s", "--limit-time has no effect: observations are read"),
     differs("observations", "set", "", "--set observations.sigma=5K"),
-    differs("*", "quiet", "", "--quiet"),
+    row("*", "quiet", "", "--quiet", Evidence::BesideOwnFile("out/c/{}/report.html")),
     // Sweeps.
     differs("uncertainty", "-n", "uncertainty c", "-n 20"),
     differs("study", "-n", "study c", "-n 8"),
@@ -154,6 +154,7 @@ pub(super) const ROWS: &[Row] = &[
     differs("merge", "missing", "merge p/c-0-10.json", "--missing"),
     differs("merge", "case", "", "--case d"),
     differs("repeat", "folder", "", "p/r => p/s"),
+    row("repeat", "quiet", "", "--quiet", Evidence::BesideOwnFile("p/r-repeated/report.html")),
     row("repeat", "force", "", "--force", Evidence::BesideOwnFile("p/r-repeated/report.html")),
     // Observations, fits and posteriors.
     differs("*", "sensors", "", "--sensors TC1"),
