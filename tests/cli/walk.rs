@@ -293,12 +293,12 @@ impl Place {
     }
 }
 
-/// A summary without times, command line and checksum.
+/// A summary without times, command line, checksum and input files, of which pieces have the time of their run.
 fn without_run(mut summary: Value) -> Value {
     if let Some(keys) = summary.as_object_mut() {
         ["seconds", "checksum"].iter().for_each(|key| drop(keys.remove(*key)));
         if let Some(run) = keys.get_mut("provenance").and_then(Value::as_object_mut) {
-            ["date", "command_line", "threads"].iter().for_each(|key| drop(run.remove(*key)));
+            ["date", "command_line", "threads", "input_files"].iter().for_each(|key| drop(run.remove(*key)));
         }
     }
     summary
