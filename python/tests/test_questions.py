@@ -48,21 +48,22 @@ VALUES: dict[str, Any] = {
     "size": "OF",
     "smoothing": 1.0,
     "start": {"f_k_INS": 1.1},
-    "starts": 2,
+    "starts": 4,
     "step": 1e-3,
     "study": 3,
     "target": "TC3",
     "thickness_range": ("2 mm", "9 mm"),
     "truth": {"f_k_INS": 1.1},
     "until": "TC4 P95 ± 50 K",
-    "walkers": 24,
+    "walkers": 32,
     "window": (10, 60),
     "worst": True,
 }
 #: Options in the context of which the others may have an effect, beside those that a question needs.
 CONTEXTS: dict[str, list[dict[str, Any]]] = {
-    "estimate": [{}, {"posterior": True, "walkers": 20, "mcmc_iterations": 20}],
-    "study": [{}, {"posterior": True, "walkers": 20, "mcmc_iterations": 20}],
+    "estimate": [{}, {"posterior": True, "walkers": 24, "mcmc_iterations": 20}],
+    "study": [{}, {"posterior": True, "walkers": 24, "mcmc_iterations": 20}],
+    "twin": [{}, {"max_iterations": 1}],
     "design": [{}, {"noise": "2 K"}],
 }
 NEEDED: dict[str, dict[str, Any]] = {
