@@ -19,7 +19,7 @@ from air import (
     pore_conductivity,
     wall_enthalpy,
 )
-from case_file import Case, Conductivity, Face, Material
+from case_file import Case, Conductivity, Face, Material, Reaction
 from quantities import Refused
 from tables import HIGHEST_K, Array, Schedule, integral_at_starts, weighted_sum
 
@@ -482,18 +482,26 @@ class Heat:
         return phi, 1.0 - total
 
     @staticmethod
+    def log_constant(reaction: Reaction, temperature: Array) -> Array:
+        """Logarithm of the rate constant, 1/s; minus infinity below the onset."""
+        log = math.log(reaction.pre_exponential_1_s) - reaction.activation_j_mol / (GAS_CONSTANT * temperature)
+        return np.where(temperature >= reaction.onset_k, log, -np.inf)
+
+    @staticmethod
     def rates(reacting: Reacting, y: Array, temperature: Array) -> Array:
-        """−dr/dt of every reaction and part, 1/s; rates in logarithms, so that they underflow to zero."""
+        """−dr/dt of every reaction and part, 1/s; rates in logarithms, so that they underflow to zero.
+
+        A step may leave r below zero, by its tolerance. There the rate has the other sign: with zero, the predictor of a
+        stiff reaction would carry r away from zero, as the matrix of Newton's method allows it no correction.
+        """
         rates = np.zeros_like(y[reacting.index])
         with np.errstate(divide="ignore", under="ignore"):
             for j, reaction in enumerate(reacting.material.reactions):
-                r = np.maximum(y[reacting.index[j]], 0.0)
-                exponent = math.log(reaction.pre_exponential_1_s) - reaction.activation_j_mol / (
-                    GAS_CONSTANT * temperature
-                )
-                exponent = exponent + reaction.order * np.log(r) if reaction.order != 0.0 else exponent
-                rate = np.where(r > 0.0, np.exp(np.minimum(exponent, 300.0)), 0.0)
-                rates[j] = np.where(temperature >= reaction.onset_k, rate, 0.0)
+                r = y[reacting.index[j]]
+                exponent = Heat.log_constant(reaction, temperature)
+                exponent = exponent + reaction.order * np.log(np.abs(r)) if reaction.order != 0.0 else exponent
+                rate = np.exp(np.minimum(exponent, 300.0))
+                rates[j] = np.where(r > 0.0, rate, -rate if reaction.order != 0.0 else 0.0)
         return rates
 
     def evaluate(self, t: float, y: Array, jacobian: bool) -> tuple[Array, Array]:
@@ -623,8 +631,9 @@ class Heat:
             nodes = reacting.nodes
             for j, reaction in enumerate(reacting.material.reactions):
                 by_t = rates[j] * reaction.activation_j_mol / (GAS_CONSTANT * parts[reacting.parts] ** 2)
-                r = np.maximum(y[reacting.index[j]], 1e-12)
-                by_r = reaction.order * rates[j] / r
+                log_r = np.log(np.maximum(np.abs(y[reacting.index[j]]), 1e-12))
+                log_by_r = self.log_constant(reaction, parts[reacting.parts]) + (reaction.order - 1.0) * log_r
+                by_r = reaction.order * np.exp(np.minimum(log_by_r, 300.0))
                 put(reacting.index[j], place[nodes], -by_t * per_u[nodes])
                 put(reacting.index[j], reacting.index[j], -by_r)
                 heat = reacting.mass * reaction.mass_loss * reaction.heat_j_kg * speed[nodes]
