@@ -491,8 +491,8 @@ class Heat:
     def rates(reacting: Reacting, y: Array, temperature: Array) -> Array:
         """−dr/dt of every reaction and part, 1/s; rates in logarithms, so that they underflow to zero.
 
-        A step may leave r below zero, by its tolerance. There the rate has the other sign: with zero, the predictor of a
-        stiff reaction would carry r away from zero, as the matrix of Newton's method allows it no correction.
+        A step may leave r below zero, by its tolerance. There the rate has the other sign: with zero, the predictor of
+        a stiff reaction would carry r away from zero, as the matrix of Newton's method allows it no correction.
         """
         rates = np.zeros_like(y[reacting.index])
         with np.errstate(divide="ignore", under="ignore"):
