@@ -71,6 +71,7 @@ impl Estimate {
     }
 
     /// The ids of the case and of the further ones.
+    #[cfg(feature = "command")]
     pub(crate) fn ids(&self, case: &Case) -> Vec<String> {
         let others = self.others.iter().filter_map(|other| other.case().ok());
         std::iter::once(case).chain(others).map(|case| case.id.clone()).collect()

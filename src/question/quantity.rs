@@ -203,6 +203,7 @@ pub(crate) mod seconds {
 }
 
 /// A range of lengths with their units, m.
+#[cfg(feature = "command")]
 pub(crate) fn length_range(text: &str) -> Result<(f64, f64), String> {
     if !text.contains(':') {
         return Err("expected THINNEST:THICKEST with units, such as \"3 mm:20 mm\"".to_owned());

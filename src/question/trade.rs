@@ -2,7 +2,7 @@
 
 use super::draw::Draw;
 use super::error::{InputError, check_limit};
-use super::named_case::{self, NamedCase};
+use super::named_case::NamedCase;
 use super::quantity;
 use super::size::{Requirement, plies_of};
 use crate::case::{Case, Material};
@@ -48,7 +48,7 @@ impl FromStr for PlyChoice {
 #[serde(default, deny_unknown_fields)]
 pub struct Trade {
     /// Further cases whose exposures every layup must hold too
-    #[cfg_attr(feature = "command", arg(value_name = "CASE", value_parser = named_case::parser()))]
+    #[cfg_attr(feature = "command", arg(value_name = "CASE", value_parser = super::named_case::parser()))]
     pub exposures: Vec<NamedCase>,
     /// Ply or group, and the materials that it may be of, as INS=pyrogel3350,saffil-96; repeated for each choice
     #[cfg_attr(feature = "command", arg(long = "ply", value_name = "PLY=MATERIALS", required = true))]
