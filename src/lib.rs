@@ -65,7 +65,9 @@
 //! - [`march`]: time integration of an ensemble, on the CPU or a device
 //! - [`traces`]: temperatures and balances over time
 //! - [`fit`]: bounded least squares and identifiability
+//! - [`statistics`]: sums over the members of an ensemble
 //! - [`study`]: one function per kind of answer
+//! - [`kept_work`]: finished work of studies in files
 //! - [`report`]: pages, figures and tables
 //! - [`verify`]: verification against exact solutions, other codes and refined grids
 //!
@@ -81,6 +83,7 @@ pub mod case;
 pub mod command;
 pub mod ensemble;
 pub mod fit;
+pub mod kept_work;
 pub mod limits;
 pub mod march;
 use bondline_physics as physics;
@@ -90,6 +93,7 @@ pub mod question;
 mod random;
 pub mod report;
 pub mod session;
+pub mod statistics;
 pub mod study;
 pub mod traces;
 mod user_cache;

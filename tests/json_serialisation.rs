@@ -3,9 +3,9 @@
 use crate::cli::CASE;
 use crate::support::{Scratch, case};
 use bondline::case::Case;
+use bondline::kept_work::sweep_piece::fingerprint;
 use bondline::question::Study;
 use bondline::session::{BackendKind, Options, Session};
-use bondline::study::sweep_piece::fingerprint;
 use serde_json::Value;
 
 /// The fingerprint of the case with this text.

@@ -3,8 +3,8 @@
 use crate::errors;
 use crate::question::{self, Answers};
 use crate::work::Watch;
+use bondline::kept_work::sweep_piece::fingerprint;
 use bondline::session::{BackendOptions, Options, PlanCache};
-use bondline::study::sweep_piece::fingerprint;
 use bondline::study::thermocouple_residuals::samples;
 use bondline::{Ensemble, Session, Traces};
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};

@@ -7,10 +7,10 @@ use crate::command::exit::{Failure, Output, input};
 use crate::command::member_output::MemberOutput;
 use crate::command::run::{Run, load, print_notes, too_many_failed};
 use crate::command::terminal::print_error;
+use crate::kept_work::sweep_piece::fingerprint;
 use crate::march::Backend;
 use crate::question::{Goal, Question, Uncertainty};
 use crate::session::Answers;
-use crate::study::sweep_piece::fingerprint;
 use crate::study::uncertainty::Sweep;
 
 /// Options of a command that are no part of its question.

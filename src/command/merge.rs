@@ -3,9 +3,9 @@
 use crate::command::args::MergeArgs;
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::run::{command_line, exit_reason, output_text, print_renamed_files, too_many_failed};
+use crate::kept_work::sweep_piece::equal_piece;
 use crate::report::files::{OutputFolder, check_writable};
 use crate::session::{self, MissingMembers};
-use crate::study::sweep_piece::equal_piece;
 use std::fs::DirEntry;
 use std::ops::Range;
 use std::path::PathBuf;

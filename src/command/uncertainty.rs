@@ -9,10 +9,10 @@ use crate::command::progress::MarchProgress;
 use crate::command::resume::Resumable;
 use crate::command::run::{open_session, output_path};
 use crate::command::stop::token_of_signals;
+use crate::kept_work::sweep_piece::{CaseIdentity, Piece, file_name, fingerprint};
 use crate::march::Precision;
 use crate::question::{Question, Uncertainty};
 use crate::report::files::PartFolder;
-use crate::study::sweep_piece::{CaseIdentity, Piece, file_name, fingerprint};
 use crate::study::uncertainty::Sweep;
 use std::path::Path;
 

@@ -6,8 +6,9 @@ use crate::case::{Bounds, Case};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::limits::{MEMBERS, STATISTICS_MIB};
 use crate::plan::instants_s;
+use crate::statistics;
+use crate::study::margins;
 use crate::study::uncertainty::Sweep;
-use crate::study::{margins, statistics};
 use serde::{Deserialize, Serialize};
 
 /// Distribution, seed and bounds of the members of a sweep.

@@ -13,6 +13,7 @@ mod goal;
 mod history;
 mod named_case;
 mod observed;
+mod precision_target;
 mod predict;
 pub(crate) mod quantity;
 mod record;

@@ -13,8 +13,8 @@ use super::reportable::{Finding, MemberCounts, Reportable, ScreenLimits, Section
 use super::terminal::{Column, aligned, head, shown_sensors, wrap};
 use super::{ReportError, format};
 use crate::case::Case;
+use crate::statistics::{ConfidenceInterval, SensitivityIndices};
 use crate::study::answers::Answers;
-use crate::study::statistics::{ConfidenceInterval, SensitivityIndices};
 use crate::study::uncertainty::{MembersError, Spread, SweepError, Uncertainty};
 use crate::study::validity::UNUSABLE_MULTIPLE;
 

@@ -1,9 +1,10 @@
 //! The questions of a session, each with its answer.
 
-use super::checkpoint::{FITS, MARCHES};
 use super::running_study::{RunningStudy, end_of_log};
 use super::{Answers, ESTIMATE_MEMBERS, InputError, MembersCallback, Session, SessionError, SweepPart};
 use crate::case::Bounds;
+use crate::kept_work::work_log::{NoLog, WorkLog};
+use crate::kept_work::{FITS, MARCHES};
 use crate::march::{March, Precision};
 use crate::question::{self, Goal, Question};
 use crate::study::coverage_study::{self, CoverageStudy};
@@ -15,7 +16,6 @@ use crate::study::sensitivity::Sensitivity;
 use crate::study::size::{LOG_COLUMNS, SizeError, Sizing, size_from};
 use crate::study::twin::{SyntheticData, twin};
 use crate::study::uncertainty::{Uncertainty, failure_reason};
-use crate::study::work_log::{NoLog, WorkLog};
 
 impl Session {
     /// Ask a question. The method of its name returns the answer alone.

@@ -3,13 +3,13 @@
 
 use super::{ESTIMATE_MEMBERS, InputError, RunningStudy, Session, SessionError};
 use crate::case::Case;
+use crate::kept_work::kept_rows::KeptRows;
+use crate::kept_work::log_part::{LogPart, PartialLog};
 use crate::march::March;
 use crate::plan::Plan;
 use crate::question;
 use crate::study::coverage_study::{self, CoverageDesign, CoverageStudy};
 use crate::study::estimate::{self, ParameterEstimates, SearchOptions};
-use crate::study::kept_rows::KeptRows;
-use crate::study::log_part::{LogPart, PartialLog};
 use std::ops::Range;
 
 impl Session {

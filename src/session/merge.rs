@@ -4,8 +4,8 @@ use super::sweep_merger::{SweepMerger, check_same_sweep, no_parts};
 use super::{InputError, SessionError};
 use crate::adapt::adapt;
 use crate::case::Case;
+use crate::kept_work::sweep_piece::{Piece, PieceError};
 use crate::study::answers::Answers;
-use crate::study::sweep_piece::{Piece, PieceError};
 use crate::study::timing::Timing;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -23,8 +23,8 @@ pub struct MissingMembers {
     pub equal_pieces: Option<usize>,
 }
 
-/// Merge files of the form of [`sweep_piece`](crate::study::sweep_piece), in any order. `case_path` is the path of the
-/// case; `None`: the path that the first file states.
+/// Merge files of the form of [`sweep_piece`](crate::kept_work::sweep_piece), in any order. `case_path` is the path
+/// of the case; `None`: the path that the first file states.
 ///
 /// # Errors
 /// When the files are not all parts of one sweep, the case has changed since, or a file cannot be read.

@@ -7,7 +7,6 @@
 
 mod answers;
 mod ask;
-mod checkpoint;
 mod design;
 mod error;
 mod log_parts;
@@ -20,13 +19,13 @@ mod sweep_merger;
 mod trade;
 mod until;
 
+pub use crate::kept_work::log_part::LogPart;
+pub use crate::kept_work::{Checkpoint, KeptWork};
 pub use crate::march::backend_selection::{BackendKind, BackendOptions};
 pub use crate::march::cpu::InstructionSet;
 pub use crate::march::monitor::{CancelToken, Progress, ProgressCallback};
 pub use crate::question::InputError;
 pub use crate::study::answers::Answers;
-pub use crate::study::log_part::LogPart;
-pub use checkpoint::{Checkpoint, KeptWork};
 pub use error::SessionError;
 pub use merge::{MissingMembers, merge, missing_members};
 pub use options::Options;

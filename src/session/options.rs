@@ -1,7 +1,7 @@
 //! Options of a session.
 
-use super::checkpoint::Checkpoint;
 use super::plan_cache::PlanCache;
+use crate::kept_work::Checkpoint;
 use crate::limits::{THREADS, check_thread_variable};
 use crate::march::Precision;
 use crate::march::backend_selection::{BackendKind, BackendOptions};

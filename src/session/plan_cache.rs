@@ -1,10 +1,10 @@
 //! Adapted plans, kept in a folder of the user: the next command on a case need not choose cells and time steps again.
 
 use crate::case::Case;
+use crate::kept_work::checksum::{Checksum, sealed, unsealed};
+use crate::kept_work::sweep_piece::fingerprint;
 use crate::limits::{CELLS, KEPT_PLANS, PLAN_FILE_MIB, STEPS, read_file};
 use crate::plan::{Discretisation, ErrorEstimate, Plan};
-use crate::study::checksum::{Checksum, sealed, unsealed};
-use crate::study::sweep_piece::fingerprint;
 use crate::user_cache;
 use serde::{Deserialize, Serialize};
 use std::fs;

@@ -1,10 +1,13 @@
 //! A study while it runs: its plan, its march and the answers so far.
 
-use super::checkpoint::{ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
 use super::{Answers, MembersCallback, Options, SessionError, adapted, with_tolerance};
 use crate::adapt::{ACCEPTED_ERROR, checked_at_members, refined_traces, with_nominal_rounding};
 use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
+use crate::kept_work::kept_rows::KeptRows;
+use crate::kept_work::sweep_piece::{CaseIdentity, Piece, fingerprint};
+use crate::kept_work::work_log::{NoLog, WorkLog};
+use crate::kept_work::{ITERATIONS, RowFiles, RowKeeper, SweepKeeper};
 use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::{ErrorEstimate, Plan};
@@ -14,16 +17,13 @@ use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
 use crate::study::driver_emissivity::driver_emissivity;
 use crate::study::driver_smoothing::driver_smoothing;
 use crate::study::estimate::{EstimateError, ParameterEstimates, SearchOptions, estimate_from};
-use crate::study::kept_rows::KeptRows;
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
 use crate::study::posterior::{Posterior, Walkers, posterior_from};
 use crate::study::posterior::{PosteriorError, log_columns};
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
-use crate::study::sweep_piece::{CaseIdentity, Piece, fingerprint};
 use crate::study::uncertainty::{Sweep, SweepError, SweepStatistics, Uncertainty, sweep_error};
-use crate::study::work_log::{NoLog, WorkLog};
 use crate::traces::MemberStatus;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -177,7 +177,7 @@ impl RunningStudy<'_> {
         size: (usize, Option<usize>),
     ) -> Result<Option<RowKeeper>, SessionError> {
         let Some(checkpoint) = self.options.checkpoint.clone() else { return Ok(None) };
-        RowKeeper::open(checkpoint, files, self.log_head(options, size)).map(Some)
+        Ok(Some(RowKeeper::open(checkpoint, files, self.log_head(options, size))?))
     }
 
     /// What the rows of the log of this study are of.

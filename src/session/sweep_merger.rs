@@ -3,6 +3,7 @@
 use super::error::SessionError;
 use crate::case::Case;
 use crate::ensemble::Sampling;
+use crate::kept_work::sweep_piece::{Piece, difference, fingerprint};
 use crate::march::backend_selection::BackendOptions;
 use crate::march::monitor::Monitor;
 use crate::march::{Backend, Precision};
@@ -11,7 +12,6 @@ use crate::question::{Draw, InputError, QuestionRecord, SessionRecord, Uncertain
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
 use crate::study::run_record::RunRecord;
-use crate::study::sweep_piece::{Piece, fingerprint};
 use crate::study::timing::Timing;
 use crate::study::uncertainty::{Sweep, SweepStatistics, sweep_error};
 use std::ops::Range;
@@ -250,24 +250,6 @@ pub(super) fn check_same_sweep(
             "{name} and {first_name} are not parts of one sweep: their {what} differ, {found} and {expected}"
         ))),
     }
-}
-
-/// What makes two pieces parts of different sweeps, with its value in each: case, samples, backend or nominal march.
-pub(super) fn difference(piece: &Piece, first: &Piece) -> Option<(&'static str, String, String)> {
-    let pair = |what, word: &dyn Fn(&Piece) -> String| Some((what, word(piece), word(first)));
-    if piece.case.fingerprint != first.case.fingerprint {
-        return pair("cases", &|piece| format!("{} ({})", piece.case.id, piece.case.fingerprint));
-    }
-    if piece.draw != first.draw {
-        return pair("samples", &|piece| piece.draw.to_string());
-    }
-    if (&piece.backend.kind, &piece.backend.precision) != (&first.backend.kind, &first.backend.precision) {
-        return pair("backends", &|piece| format!("{} {}", piece.backend.kind, piece.backend.precision));
-    }
-    if !piece.has_same_nominal(first) {
-        return pair("nominal marches", &|piece| format!("on {}", piece.backend.name));
-    }
-    None
 }
 
 /// The backend of a part, with this name.

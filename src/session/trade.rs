@@ -1,12 +1,12 @@
 //! The trade study.
 
-use super::checkpoint::MARCHES;
 use super::running_study::{RunningStudy, end_of_log};
 use super::{Session, SessionError, with_tolerance};
 use crate::case::Case;
+use crate::kept_work::MARCHES;
+use crate::kept_work::sweep_piece::fingerprint;
 use crate::question;
 use crate::study::size::{LOG_COLUMNS, SizeError};
-use crate::study::sweep_piece::fingerprint;
 use crate::study::trade::{Trade, trade};
 
 impl Session {

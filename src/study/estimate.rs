@@ -21,7 +21,6 @@ pub(in crate::study) use multi_start::priors;
 use super::nominal::{Misfit, Prediction};
 use super::sensitivity::{Identifiability, difference_step};
 use super::thermocouple_residuals::Sample;
-use super::work_log::{NoLog, WorkLog};
 use crate::case::{Bounds, Case, LossFunction};
 use crate::ensemble::Ensemble;
 use crate::fit::interval::{NORMAL_95, lag_one_autocorrelation, residual_variance};
@@ -29,6 +28,7 @@ use crate::fit::{
     DampingStrategy, GoodnessOfFit, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors,
     covariance_summary,
 };
+use crate::kept_work::work_log::{NoLog, WorkLog};
 use crate::march::{March, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;

@@ -20,13 +20,13 @@ pub use predictive::{PosteriorPredictive, PredictiveBand, SensorPredictive};
 
 use super::estimate::{ParameterEstimates, priors};
 use super::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
-use super::work_log::{NoLog, WorkLog};
 use crate::case::Case;
 use crate::fit::ensemble_mcmc::{ENSEMBLES, uniform_starts};
 use crate::fit::{
     ChainDiagnostics, ChainState, EnsembleChains, LeastSquares, RobustProblem, WeightedProblem, WithPriors,
     ensemble_mcmc_from,
 };
+use crate::kept_work::work_log::{NoLog, WorkLog};
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 use nalgebra::DMatrix;

@@ -12,11 +12,11 @@ pub(in crate::study) use thickness_march::{SearchStart, ThicknessMarch, by_reaso
 use super::margins::quantile_rank;
 use super::nominal::{Peak, Prediction, nominal};
 use super::uncertainty::{Failure, Sweep, uncertainty};
-use super::work_log::{NoLog, WorkLog};
 use crate::adapt::{ACCEPTED_ERROR, adapt_for, checked_at_members};
 use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::fit::proportion::{Proportion, counts_below_95, quantile_ranks_95};
+use crate::kept_work::work_log::{NoLog, WorkLog};
 use crate::march::{March, MarchError};
 use crate::plan::ErrorEstimate;
 use crate::traces::{Balance, MemberStatus};

@@ -14,9 +14,9 @@ pub use ranking::{RESAMPLES, Rank, ResampledRank};
 
 use super::size::{RequiredThickness, SizeError, SizingRequirement};
 use super::uncertainty::{Failure, Sweep};
-use super::work_log::WorkLog;
 use crate::case::{Case, Material};
 use crate::fit::proportion::Proportion;
+use crate::kept_work::work_log::WorkLog;
 use crate::march::March;
 use crate::plan::ErrorEstimate;
 use crate::traces::Balance;

@@ -6,7 +6,7 @@ use crate::support::{EMCEE_QUANTILES, SALIB_INDEX, SCIPY_OPTIMUM, case, text};
 use bondline::case::{Bounds, Factor, LossFunction};
 use bondline::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
 use bondline::fit::{LeastSquares, Prior, RobustLoss, RobustProblem, WithPriors, ensemble_mcmc, minimize};
-use bondline::study::statistics::Accumulator;
+use bondline::statistics::Accumulator;
 use nalgebra::{DMatrix, DVector};
 
 /// The cells of all reference rows of a kind.

@@ -4,9 +4,9 @@
 use super::super::ReportError;
 use super::temporary::TemporaryPath;
 use super::{contents, io_error};
-use crate::study::checksum::Checksum;
+use crate::kept_work::checksum::Checksum;
+use crate::kept_work::row_journal::RowJournal;
 use crate::study::nominal::Peak;
-use crate::study::row_journal::RowJournal;
 use crate::traces::{MemberStatus, Traces};
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;

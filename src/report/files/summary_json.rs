@@ -2,10 +2,10 @@
 
 use super::json::{JsonObject, OrderedMap};
 use crate::case::{Case, Observation};
+use crate::kept_work::checksum::Checksum;
 use crate::report::reportable::{self, MemberCounts};
 use crate::report::{ReportError, observations};
 use crate::study::answers::Answers;
-use crate::study::checksum::Checksum;
 use crate::study::nominal::{ErrorEstimate, GaugeTrace, Peak};
 use crate::traces::MemberStatus;
 use serde::Serialize;

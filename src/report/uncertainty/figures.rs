@@ -6,8 +6,8 @@ use crate::report::figures::{
     CONSTANT_K, data_window, file_name, line, measured, temperature_axis, thinned, time_axis,
 };
 use crate::report::format;
+use crate::statistics::ConfidenceInterval;
 use crate::study::nominal::Prediction;
-use crate::study::statistics::ConfidenceInterval;
 use crate::study::uncertainty::Uncertainty;
 
 pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Prediction>) -> Vec<Figure> {

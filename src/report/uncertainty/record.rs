@@ -4,7 +4,7 @@ use super::sensitivity_indices::{pair_names, ranked_pairs};
 use crate::case::Case;
 use crate::fit::proportion::Proportion;
 use crate::report::files::json::OrderedMap;
-use crate::study::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
+use crate::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
 use crate::study::uncertainty::Uncertainty;
 use serde::Serialize;
 

@@ -2,8 +2,8 @@
 
 use crate::case::Case;
 use crate::report::format;
+use crate::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
 use crate::study::answers::Answers;
-use crate::study::statistics::{ConfidenceInterval, PairIndex, SensitivityIndices};
 use crate::study::uncertainty::Uncertainty;
 
 /// Shares of the variance of a sensor's peak due to single factors and to pairwise interactions.

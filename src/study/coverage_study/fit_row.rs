@@ -1,4 +1,4 @@
-//! The fit of a data set as a row of the [log](crate::study::work_log) of a coverage study.
+//! The fit of a data set as a row of the [log](crate::kept_work::work_log) of a coverage study.
 
 use super::{DataSetFit, FitOutcome, FitResult, NO_DATA};
 use crate::fit::Termination;

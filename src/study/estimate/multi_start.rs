@@ -1,8 +1,8 @@
 //! Minimisations from many starts: of the data alone, then with the priors if there are any.
 //!
 //! A minimisation depends on no other one, so that others can do it: the end of each is a row of the
-//! [log](crate::study::work_log), first those of the data alone, then those with the priors, both in the order of the
-//! starts. Residuals and derivatives are not in the log, as the minimisation that is the estimate can be repeated.
+//! [log](crate::kept_work::work_log), first those of the data alone, then those with the priors, both in the order of
+//! the starts. Residuals and derivatives are not in the log, as the minimisation that is the estimate can be repeated.
 
 use super::SearchOptions;
 use super::error::EstimateError;
@@ -12,10 +12,10 @@ use super::start_results::{StartEnd, lowest};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::fit::{DampingStrategy, Fit, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors, minimize_all};
+use crate::kept_work::work_log::WorkLog;
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use crate::study::thermocouple_residuals::{CaseResiduals, Sample, ThermocoupleResiduals, samples};
-use crate::study::work_log::WorkLog;
 use nalgebra::DMatrix;
 use std::ops::Range;
 

@@ -2,13 +2,13 @@
 
 use super::super::estimate::ParameterEstimates;
 use super::super::nominal::samples_in_window;
-use super::super::statistics::Accumulator;
 use super::super::thermocouple_residuals::CaseResiduals;
 use super::discrepancy::Discrepancy;
 use crate::case::{Case, Observation};
 use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
 use crate::random::RandomStream;
+use crate::statistics::Accumulator;
 use crate::traces::MemberStatus;
 
 /// Posterior predictive distribution of a case.

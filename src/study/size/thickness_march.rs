@@ -4,11 +4,11 @@ use super::required_thickness::{RequiredThickness, ThicknessSearch};
 use super::scalable_case::ScalableCase;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
+use crate::kept_work::work_log::WorkLog;
 use crate::march::{March, MarchError, march_members};
 use crate::plan::Plan;
 use crate::study::nominal::Peak;
 use crate::study::uncertainty::{Failure, failure_reason};
-use crate::study::work_log::WorkLog;
 use crate::traces::MemberStatus;
 use std::collections::BTreeMap;
 
@@ -168,10 +168,10 @@ mod tests {
     use super::*;
     use crate::adapt::adapt;
     use crate::case::{LimitedPart, TemperatureLimit};
+    use crate::kept_work::work_log::NoLog;
     use crate::march::Precision;
     use crate::march::cpu::Cpu;
     use crate::study::nominal::nominal;
-    use crate::study::work_log::NoLog;
 
     /// Nominal peak of a part at a thickness ratio: by the thickness factor, and by a case with scaled plies.
     fn peaks_k(mut case: Case, group: &str, part: &str, ratio: f64) -> (f64, f64) {

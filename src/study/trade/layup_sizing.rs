@@ -5,6 +5,7 @@ use crate::adapt::{ACCEPTED_ERROR, adapt_for, checked_at_members};
 use crate::case::{Bounds, Case, TemperatureLimit};
 use crate::ensemble::Ensemble;
 use crate::fit::proportion::quantile_ranks_95;
+use crate::kept_work::work_log::WorkLog;
 use crate::march::{March, MarchError};
 use crate::plan::{ErrorEstimate, Plan};
 use crate::study::margins::quantile_rank;
@@ -12,7 +13,6 @@ use crate::study::size::{
     MAX_ADAPTATIONS, NominalSizing, RequiredThickness, ScalableCase, SearchStart, SizeError, SizingRequirement,
     ThicknessMarch, by_reason, check_start, is_cooled, mass_kg_m2, size_nominally, squared_correlation_shares,
 };
-use crate::study::work_log::WorkLog;
 use crate::traces::{Balance, Peak};
 use std::collections::BTreeMap;
 

@@ -4,7 +4,7 @@
 use super::{Counted, covered_row};
 use crate::case::{Bounds, Correlation, Factor, Property};
 use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
-use crate::study::statistics::{Accumulator, ConfidenceInterval, SensitivityIndices};
+use crate::statistics::{Accumulator, ConfidenceInterval, SensitivityIndices};
 use crate::verify::VerificationRow;
 use rayon::prelude::*;
 use std::collections::BTreeMap;

@@ -2,18 +2,18 @@
 //!
 //! The file identifies the case (path and fingerprint of its content), the sampling, the backend, and the nominal march
 //! about which deviations are accumulated. The accumulators are integers in the order of
-//! [`Accumulator::to_integers`](crate::study::statistics::Accumulator::to_integers); floating-point numbers survive to
-//! the bit. The text of the piece follows its checksum.
+//! [`Accumulator::to_integers`](crate::statistics::Accumulator::to_integers); floating-point numbers survive to the
+//! bit. The text of the piece follows its checksum.
 
 use super::checksum::{Checksum, sealed, unsealed, write_sealed};
-use super::margins::MarginSamples;
-use super::nominal::{GaugeTrace, Prediction};
-use super::run_record::RunRecord;
-use super::simultaneous_band::Envelope;
-use super::uncertainty::{Failure, Sweep, SweepStatistics};
 use crate::case::{Case, InputFile, unreadable_file_message};
 use crate::limits::{PIECE_FILE_MIB, read_file};
 use crate::march;
+use crate::study::margins::MarginSamples;
+use crate::study::nominal::{GaugeTrace, Prediction};
+use crate::study::run_record::RunRecord;
+use crate::study::simultaneous_band::Envelope;
+use crate::study::uncertainty::{Failure, Sweep, SweepStatistics};
 use crate::traces::{Balance, GaugePeak, MemberStatus, Peak, Traces};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
@@ -341,4 +341,22 @@ fn remove_notes(content: &mut Value) {
         Value::Array(items) => items.iter_mut().for_each(remove_notes),
         _ => {}
     }
+}
+
+/// What makes two pieces parts of different sweeps, with its value in each: case, samples, backend or nominal march.
+pub(crate) fn difference(piece: &Piece, first: &Piece) -> Option<(&'static str, String, String)> {
+    let pair = |what, word: &dyn Fn(&Piece) -> String| Some((what, word(piece), word(first)));
+    if piece.case.fingerprint != first.case.fingerprint {
+        return pair("cases", &|piece| format!("{} ({})", piece.case.id, piece.case.fingerprint));
+    }
+    if piece.draw != first.draw {
+        return pair("samples", &|piece| piece.draw.to_string());
+    }
+    if (&piece.backend.kind, &piece.backend.precision) != (&first.backend.kind, &first.backend.precision) {
+        return pair("backends", &|piece| format!("{} {}", piece.backend.kind, piece.backend.precision));
+    }
+    if !piece.has_same_nominal(first) {
+        return pair("nominal marches", &|piece| format!("on {}", piece.backend.name));
+    }
+    None
 }

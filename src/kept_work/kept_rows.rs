@@ -2,10 +2,10 @@
 //! in a [part](super::log_part) for another process.
 
 use super::checksum::{sealed, unsealed};
-use super::run_record::RunRecord;
 use super::sweep_piece::fingerprint;
 use crate::case::Case;
 use crate::march::Backend;
+use crate::study::run_record::RunRecord;
 use serde::{Deserialize, Serialize};
 
 /// The study, and the number of its rows.

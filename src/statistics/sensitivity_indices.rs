@@ -35,7 +35,7 @@ pub struct SensitivityIndices {
 impl SensitivityIndices {
     /// Of an output that no factor changes, which has as many second-order indices as before.
     #[must_use]
-    pub(in crate::study) fn of_constant(mut self) -> Self {
+    pub(crate) fn of_constant(mut self) -> Self {
         let zero = ConfidenceInterval::ZERO;
         let indices = [&mut self.correlations, &mut self.rank_correlations, &mut self.partial_rank_correlations];
         indices.into_iter().chain([&mut self.first, &mut self.total]).for_each(|each| each.fill(zero));

@@ -1,15 +1,14 @@
 //! Finished work, kept in a folder while a study runs: after a kill, it goes on from there. Members of a sweep are kept
-//! as the statistics of one [piece](crate::study::sweep_piece), whose size does not grow with their number; a coverage
-//! study, a posterior and a sizing keep the rows of their [log](crate::study::work_log).
+//! as the statistics of one [piece](super::sweep_piece), whose size does not grow with their number; a coverage study,
+//! a posterior and a sizing keep the rows of their [log](super::work_log).
 
-use super::sweep_merger::difference;
-use super::{InputError, SessionError};
+use super::kept_rows::KeptRows;
+use super::row_journal::{self, RowJournal};
+use super::sweep_piece::{Piece, difference};
+use super::work_log::WorkLog;
 use crate::limits::{PIECE_FILE_MIB, read_file};
-use crate::study::kept_rows::KeptRows;
-use crate::study::row_journal::{self, RowJournal};
-use crate::study::sweep_piece::Piece;
+use crate::question::InputError;
 use crate::study::uncertainty::SweepStatistics;
-use crate::study::work_log::WorkLog;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::ops::Range;
@@ -21,7 +20,7 @@ const SWEEP: &str = "sweep.json";
 
 /// The files of a study that keeps the rows of its log.
 #[derive(Clone, Copy)]
-pub(super) struct RowFiles {
+pub(crate) struct RowFiles {
     /// What the rows are of, and their number.
     head: &'static str,
     rows: &'static str,
@@ -29,14 +28,14 @@ pub(super) struct RowFiles {
 }
 
 /// Fits of a coverage study.
-pub(super) const FITS: RowFiles = RowFiles { head: "fits.json", rows: "fits.rows", unit: "data sets" };
+pub(crate) const FITS: RowFiles = RowFiles { head: "fits.json", rows: "fits.rows", unit: "data sets" };
 
 /// Iterations of a posterior.
-pub(super) const ITERATIONS: RowFiles =
+pub(crate) const ITERATIONS: RowFiles =
     RowFiles { head: "iterations.json", rows: "iterations.rows", unit: "iterations" };
 
 /// Members that a sizing has marched.
-pub(super) const MARCHES: RowFiles = RowFiles { head: "marches.json", rows: "marches.rows", unit: "marches" };
+pub(crate) const MARCHES: RowFiles = RowFiles { head: "marches.json", rows: "marches.rows", unit: "marches" };
 
 /// Longest time between two writes by default.
 const INTERVAL: Duration = Duration::from_secs(5);
@@ -90,7 +89,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// When a file cannot be read or is damaged.
-    pub fn found(&self) -> Result<Option<KeptWork>, SessionError> {
+    pub fn found(&self) -> Result<Option<KeptWork>, InputError> {
         // The posterior of a study begins after its sweep.
         for files in [FITS, ITERATIONS, MARCHES] {
             if let Some(KeptRows { run, finished, requested, .. }) = self.read(files.head, KeptRows::from_json)? {
@@ -122,12 +121,12 @@ impl Checkpoint {
         Ok(())
     }
 
-    fn piece(&self) -> Result<Option<Piece>, SessionError> {
+    fn piece(&self) -> Result<Option<Piece>, InputError> {
         let path = self.folder.join(SWEEP);
-        if path.exists() { Ok(Some(Piece::read(&path)?.0)) } else { Ok(None) }
+        if path.exists() { Ok(Some(Piece::read(&path).map_err(InputError::general)?.0)) } else { Ok(None) }
     }
 
-    fn read<T>(&self, name: &str, content: fn(&str) -> Result<T, String>) -> Result<Option<T>, SessionError> {
+    fn read<T>(&self, name: &str, content: fn(&str) -> Result<T, String>) -> Result<Option<T>, InputError> {
         let path = self.folder.join(name);
         if !path.exists() {
             return Ok(None);
@@ -204,7 +203,7 @@ impl Keeper {
 }
 
 /// Keeps the members of one sweep.
-pub(super) struct SweepKeeper {
+pub(crate) struct SweepKeeper {
     keeper: Keeper,
     /// A piece of this sweep without members.
     empty: Piece,
@@ -212,7 +211,7 @@ pub(super) struct SweepKeeper {
 
 impl SweepKeeper {
     /// `empty` is a piece of the sweep without members, from the first member to come.
-    pub(super) fn new(checkpoint: Checkpoint, empty: Piece) -> Self {
+    pub(crate) fn new(checkpoint: Checkpoint, empty: Piece) -> Self {
         Self { keeper: Keeper::new(checkpoint), empty }
     }
 
@@ -220,11 +219,11 @@ impl SweepKeeper {
     ///
     /// # Errors
     /// When they are of another sweep or damaged.
-    pub(super) fn kept(
+    pub(crate) fn kept(
         &self,
         statistics: &SweepStatistics,
         part: &Range<usize>,
-    ) -> Result<Option<(SweepStatistics, usize)>, SessionError> {
+    ) -> Result<Option<(SweepStatistics, usize)>, InputError> {
         let Some(piece) = self.keeper.checkpoint.piece()? else { return Ok(None) };
         let folder = self.keeper.checkpoint.folder.display();
         let other = |what: &str, found: String, expected: String| {
@@ -233,12 +232,12 @@ impl SweepKeeper {
             ))
         };
         if let Some((what, found, expected)) = difference(&piece, &self.empty) {
-            return Err(other(what, found, expected).into());
+            return Err(other(what, found, expected));
         }
         let Range { start, end } = piece.members;
         if start != part.start || end > part.end {
             let text = |range: &Range<usize>| format!("{}..{}", range.start, range.end);
-            return Err(other("members", text(&(start..end)), text(part)).into());
+            return Err(other("members", text(&(start..end)), text(part)));
         }
         let restored = statistics.restored(piece.numbers(), piece.kept().clone(), piece.margins(), &piece.failures());
         let restored = restored.filter(|restored| restored.members() == end - start);
@@ -247,25 +246,25 @@ impl SweepKeeper {
     }
 
     /// Keep the members if the last time is long enough ago.
-    pub(super) fn update(&mut self, statistics: &SweepStatistics) {
+    pub(crate) fn update(&mut self, statistics: &SweepStatistics) {
         if self.keeper.is_due() {
             self.keep(statistics);
         }
     }
 
     /// Keep the members now.
-    pub(super) fn keep(&mut self, statistics: &SweepStatistics) {
+    pub(crate) fn keep(&mut self, statistics: &SweepStatistics) {
         self.keeper.keep(SWEEP, |file| self.empty.write_with_statistics(statistics, file));
     }
 
     /// The first error.
-    pub(super) fn remark(self) -> Option<String> {
+    pub(crate) fn remark(self) -> Option<String> {
         self.keeper.remark()
     }
 }
 
 /// Keeps the rows of the log of one study, and has those of an earlier run.
-pub(super) struct RowKeeper {
+pub(crate) struct RowKeeper {
     keeper: Keeper,
     files: RowFiles,
     head: KeptRows,
@@ -280,7 +279,7 @@ impl RowKeeper {
     ///
     /// # Errors
     /// When the kept rows are of another study or damaged, or the folder cannot be written.
-    pub(super) fn open(checkpoint: Checkpoint, files: RowFiles, mut head: KeptRows) -> Result<Self, SessionError> {
+    pub(crate) fn open(checkpoint: Checkpoint, files: RowFiles, mut head: KeptRows) -> Result<Self, InputError> {
         let folder = checkpoint.folder.clone();
         if let Some(kept) = checkpoint.read(files.head, KeptRows::from_json)? {
             check_study(&checkpoint, files.unit, &kept.study, &head.study)?;
@@ -298,18 +297,18 @@ impl RowKeeper {
         let journal = journal.map_err(|error| fault(error.to_string()))?;
         let (found, expected, unit) = (earlier.len() / head.columns, head.finished, files.unit);
         if found != expected {
-            return Err(fault(format!("damaged: {found} {unit}, expected {expected}")).into());
+            return Err(fault(format!("damaged: {found} {unit}, expected {expected}")));
         }
         Ok(Self { keeper: Keeper::new(checkpoint), files, head, journal, earlier, taken: 0 })
     }
 
     /// Number of rows that are kept.
-    pub(super) fn finished(&self) -> usize {
+    pub(crate) fn finished(&self) -> usize {
         self.head.finished
     }
 
     /// Keep the rows now.
-    pub(super) fn keep(&mut self) {
+    pub(crate) fn keep(&mut self) {
         if self.keeper.error.is_some() {
             return;
         }
@@ -320,7 +319,7 @@ impl RowKeeper {
     }
 
     /// The first error.
-    pub(super) fn remark(self) -> Option<String> {
+    pub(crate) fn remark(self) -> Option<String> {
         self.keeper.remark()
     }
 }

@@ -1,0 +1,13 @@
+//! Work that is kept: finished work of a study that may be interrupted, parts of a study for other processes, and the
+//! checksums of both.
+
+mod checkpoint;
+pub(crate) mod checksum;
+pub(crate) mod kept_rows;
+pub mod log_part;
+pub(crate) mod row_journal;
+pub mod sweep_piece;
+pub(crate) mod work_log;
+
+pub use checkpoint::{Checkpoint, KeptWork};
+pub(crate) use checkpoint::{FITS, ITERATIONS, MARCHES, RowFiles, RowKeeper, SweepKeeper};
