@@ -10,30 +10,18 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{fs, io};
 
-/// The physics, which a published package does not have: they are a package whose version it fixes.
-const PHYSICS: &str = "src/physics";
-
-/// What adaptation uses.
-const SOLVER: [&str; 12] = [
-    "src/adapt",
-    "src/adapt.rs",
-    "src/case",
-    "src/ensemble",
-    "src/ensemble.rs",
-    "src/fit",
-    "src/limits.rs",
-    "src/march",
-    PHYSICS,
-    "src/plan",
-    "src/random.rs",
-    "src/traces.rs",
-];
+/// The modules that adaptation uses: a file, a folder or both. A published package has no physics: they are a package
+/// whose version it fixes.
+const SOLVER: [&str; 11] =
+    ["adapt", "case", "ensemble", "fit", "limits", "march", "numerics", "physics", "plan", "random", "traces"];
 
 fn main() -> io::Result<()> {
     let mut hasher = DefaultHasher::new();
-    for path in SOLVER.into_iter().filter(|path| *path != PHYSICS || Path::new(path).exists()) {
-        println!("cargo::rerun-if-changed={path}");
-        add_sources(Path::new(path), &mut hasher)?;
+    for path in SOLVER.iter().flat_map(|name| [format!("src/{name}.rs"), format!("src/{name}")]) {
+        if Path::new(&path).exists() {
+            println!("cargo::rerun-if-changed={path}");
+            add_sources(Path::new(&path), &mut hasher)?;
+        }
     }
     println!("cargo::rustc-env=BONDLINE_SOLVER={:016x}", hasher.finish());
     println!("cargo::rerun-if-env-changed=BONDLINE_COMMIT");

@@ -14,10 +14,10 @@ struct File {
     exports: BTreeMap<String, Path>,
 }
 
-/// `src/plan/mod.rs` and `src/plan.rs` are `plan`; `src/lib.rs` is the root. The physics are another package, which
-/// the library imports as a module.
+/// `src/plan.rs` is `plan`; `src/lib.rs` is the root. The physics are another package, which the library imports as
+/// a module.
 fn module(file: &str) -> Path {
-    let inner = file.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
+    let inner = file.trim_start_matches("src/").trim_end_matches(".rs");
     let inner = inner.trim_end_matches("/lib");
     if inner == "lib" { Vec::new() } else { inner.split('/').map(str::to_owned).collect() }
 }
@@ -162,7 +162,7 @@ fn a_cycle_through_a_list_a_re_export_or_a_third_file_is_caught() {
     };
     let root = ("src/lib.rs", "mod plan;");
     let sound = ("src/plan/time_grid.rs", "use super::grid::Grid;");
-    assert_eq!(of(&[root, ("src/plan/mod.rs", "pub use grid::Grid;"), sound, ("src/plan/grid.rs", "")]).len(), 0);
+    assert_eq!(of(&[root, ("src/plan.rs", "pub use grid::Grid;"), sound, ("src/plan/grid.rs", "")]).len(), 0);
     for grid in [
         "use super::time_grid::TimeGrid;",
         "use crate::plan::{Plan, time_grid::TimeGrid};",
@@ -170,7 +170,7 @@ fn a_cycle_through_a_list_a_re_export_or_a_third_file_is_caught() {
         "fn f() -> crate::plan::time_grid::TimeGrid {}",
         "use super::step_data::Steps;",
     ] {
-        let plan = ("src/plan/mod.rs", "mod time_grid;\npub use time_grid::TimeGrid;\npub struct Plan;");
+        let plan = ("src/plan.rs", "mod time_grid;\npub use time_grid::TimeGrid;\npub struct Plan;");
         let steps = ("src/plan/step_data.rs", "use super::time_grid::TimeGrid;");
         let found = of(&[root, plan, sound, steps, ("src/plan/grid.rs", grid)]);
         assert!(found.contains(&"plan::grid".to_owned()), "{grid}: {found:?}");

@@ -85,7 +85,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The files, or folders with a trailing slash, in which each crate is used.
+/// The files, or folders with a trailing slash, in which each crate is used. A folder includes the file of its module.
 const HOMES: &[(&str, &[&str])] = &[
     ("wgpu", &["src/march/gpu/"]),
     ("pollster", &["src/march/gpu/"]),
@@ -98,7 +98,7 @@ const HOMES: &[(&str, &[&str])] = &[
             "src/march/cpu.rs",
             "src/march/gauge_bounds.rs",
             "src/march/gpu/gather.rs",
-            "src/march/mod.rs",
+            "src/march.rs",
             "src/march/record_peaks.rs",
             "src/march/richardson.rs",
             "src/statistics",
@@ -115,7 +115,7 @@ const HOMES: &[(&str, &[&str])] = &[
             "src/case/",
             "src/fit/",
             "src/ensemble",
-            "src/march/mod.rs",
+            "src/march.rs",
             "src/march/backend_selection.rs",
             "src/plan/",
             "src/kept_work/",
@@ -129,7 +129,7 @@ const HOMES: &[(&str, &[&str])] = &[
     (
         "serde_json",
         &[
-            "src/question/mod.rs",
+            "src/question.rs",
             "src/report/",
             "src/session/plan_cache.rs",
             "src/kept_work/",
@@ -143,18 +143,18 @@ const HOMES: &[(&str, &[&str])] = &[
         "clap",
         &[
             "src/command/args/",
-            "src/command/mod.rs",
+            "src/command.rs",
             "src/question/",
             // Enums that are values of options.
             "src/case/factor.rs",
             "src/ensemble.rs",
             "src/fit/optimal_design.rs",
             "src/march/backend_selection.rs",
-            "src/march/mod.rs",
+            "src/march.rs",
             "src/study/flux_inversion/heating_quantity.rs",
         ],
     ),
-    ("clap_complete", &["src/command/args/mod.rs", "src/command/completions.rs"]),
+    ("clap_complete", &["src/command/args.rs", "src/command/completions.rs"]),
     ("clap_mangen", &["src/command/man.rs"]),
     ("anyhow", &["src/command/exit.rs"]),
     ("indicatif", &["src/command/progress.rs"]),
@@ -198,14 +198,13 @@ impl Source {
 
     /// The module of the library; `None` for the binary and the root.
     fn module(&self) -> Option<&str> {
-        let (name, inner) = self.path.strip_prefix("src/")?.split_once(['/', '.'])?;
-        let is_module = inner != "rs" || IMPORTS.iter().any(|(known, _)| *known == name);
-        is_module.then_some(name)
+        let (name, _) = self.path.strip_prefix("src/")?.split_once(['/', '.'])?;
+        (!["lib", "main"].contains(&name)).then_some(name)
     }
 
     /// The depth of its module under the root.
     fn depth(&self) -> usize {
-        let inner = self.path.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
+        let inner = self.path.trim_start_matches("src/").trim_end_matches(".rs");
         inner.split('/').count()
     }
 
@@ -231,7 +230,7 @@ fn sources() -> Vec<Source> {
 
 /// The folder of the submodules of a file.
 fn folder(path: &str) -> String {
-    format!("{}/", path.trim_end_matches("mod.rs").trim_end_matches(".rs").trim_end_matches('/'))
+    format!("{}/", path.trim_end_matches(".rs"))
 }
 
 /// The files of the modules that a file declares under `#[cfg(test)]`.
@@ -280,19 +279,19 @@ fn modules_use_only_what_the_table_allows() {
 #[test]
 fn a_forbidden_import_is_caught() {
     for (path, text) in [
-        ("src/fit/mod.rs", "use crate::case::Case;"),
-        ("src/fit/mod.rs", "let n = crate::march::lanes();"),
-        ("src/march/gpu/mod.rs", "use crate::case::Case;"),
+        ("src/fit.rs", "use crate::case::Case;"),
+        ("src/fit.rs", "let n = crate::march::lanes();"),
+        ("src/march/gpu.rs", "use crate::case::Case;"),
         ("src/case/unit.rs", "use crate::{plan, traces};"),
         ("src/traces.rs", "use super::case::Case;"),
         ("src/march/gpu/device.rs", "use super::super::super::study;"),
-        ("src/chemistry/mod.rs", "pub fn react() {}"),
+        ("src/chemistry.rs", "pub fn react() {}"),
     ] {
         assert_eq!(wrong_imports(&[Source::new(path, text)]).len(), 1, "{text}");
     }
     let sound = [
-        ("src/march/gpu/mod.rs", "use crate::plan::Plan;\nuse super::March;"),
-        ("src/fit/mod.rs", "//! [`Case`](crate::case::Case)\n#[cfg(test)]\nmod tests {\nuse crate::case::Case;\n}"),
+        ("src/march/gpu.rs", "use crate::plan::Plan;\nuse super::March;"),
+        ("src/fit.rs", "//! [`Case`](crate::case::Case)\n#[cfg(test)]\nmod tests {\nuse crate::case::Case;\n}"),
         ("src/command/man.rs", "use crate::command::args::Cli;"),
     ];
     let sound = sound.map(|(path, text)| Source::new(path, text));
@@ -303,7 +302,8 @@ fn crates_outside_their_folders(sources: &[Source]) -> Vec<String> {
     let mut wrong = Vec::new();
     for (library, homes) in HOMES {
         for source in sources.iter().filter(|source| source.names(library)) {
-            if !homes.iter().any(|home| source.path.starts_with(home)) {
+            let path = source.path.replace(".rs", "/");
+            if !homes.iter().any(|home| source.path.starts_with(home) || path.starts_with(home)) {
                 wrong.push(format!("{}: {library} is used only in {}", source.path, homes.join(", ")));
             }
         }
@@ -325,9 +325,20 @@ fn a_crate_used_in_another_folder_is_caught() {
     for text in
         ["use wgpu::Device;", "fn f(x: serde_json::Value) {}", "    clap::Parser::parse()", "use rayon::prelude::*;"]
     {
-        assert_eq!(crates_outside_their_folders(&[Source::new("src/plan/mod.rs", text)]).len(), 1, "{text}");
+        assert_eq!(crates_outside_their_folders(&[Source::new("src/plan.rs", text)]).len(), 1, "{text}");
     }
-    assert!(crates_outside_their_folders(&[Source::new("src/plan/mod.rs", "my_toml::parse()")]).is_empty());
+    assert!(crates_outside_their_folders(&[Source::new("src/plan.rs", "my_toml::parse()")]).is_empty());
+}
+
+/// Modules of files `mod.rs`.
+fn of_the_other_style(paths: &[String]) -> Vec<&String> {
+    paths.iter().filter(|path| path.ends_with("/mod.rs")).collect()
+}
+
+#[test]
+fn the_file_of_a_module_lies_beside_its_folder() {
+    assert_eq!(of_the_other_style(&files("src", ".rs")), Vec::<&String>::new());
+    assert_eq!(of_the_other_style(&["src/plan/mod.rs".to_owned(), "src/plan.rs".to_owned()]), ["src/plan/mod.rs"]);
 }
 
 fn unwraps(sources: &[Source]) -> Vec<String> {

@@ -17,11 +17,11 @@ use crate::study::answers::Answers;
 use serde_json::{Value, json};
 use table::{escaped, list, paragraph};
 
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
-const THEME_SCRIPT: &str = include_str!("theme.js");
-const PLOTLY: &str = include_str!("vendor/plotly-cartesian.min.js.gz.base64");
-const PLOTLY_LICENSE: &str = include_str!("vendor/LICENSE");
+const STYLE: &str = include_str!("html/page.css");
+const SCRIPT: &str = include_str!("html/page.js");
+const THEME_SCRIPT: &str = include_str!("html/theme.js");
+const PLOTLY: &str = include_str!("html/vendor/plotly-cartesian.min.js.gz.base64");
+const PLOTLY_LICENSE: &str = include_str!("html/vendor/LICENSE");
 
 /// The page as HTML; `stills` are the figures as SVG, `files` the names of all files of the report.
 pub(super) fn page(
