@@ -65,6 +65,7 @@ pub(crate) use ensemble_mcmc::{ChainState, ensemble_mcmc_from};
 pub use ensemble_mcmc::{EnsembleChains, ensemble_mcmc};
 pub use finite_differences::finite_difference_tangent;
 pub use goodness_of_fit::GoodnessOfFit;
+pub(crate) use identifiability::ILL_CONDITIONED;
 pub use identifiability::{CovarianceSummary, covariance_summary};
 pub use linearized_posterior::LinearizedPosterior;
 pub use loss::{RobustLoss, RobustProblem};

@@ -13,6 +13,10 @@ pub const RANK_TOLERANCE: f64 = 1e-7;
 /// Components of undetermined directions below this come from the error of the derivatives.
 const NEGLIGIBLE_COMPONENT: f64 = 1e-5;
 
+/// Condition number from which an estimate is called ill-conditioned. Belsley, Kuh & Welsch (*Regression
+/// Diagnostics*, 1980) call 30 to 100 strong collinearity.
+pub(crate) const ILL_CONDITIONED: f64 = 50.0;
+
 /// Covariance, correlation and rank of the variables at a point, to first order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CovarianceSummary {

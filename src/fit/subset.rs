@@ -7,7 +7,7 @@
 //! The effect of a variable is the norm of its column times its prior standard deviation, so that no choice depends on
 //! the unit in which a variable is expressed.
 
-use super::identifiability::{CovarianceSummary, covariance_summary};
+use super::identifiability::{CovarianceSummary, ILL_CONDITIONED, covariance_summary};
 use nalgebra::DMatrix;
 
 /// Limits of an identifiable subset.
@@ -25,7 +25,7 @@ impl Default for SubsetLimits {
     fn default() -> Self {
         // 1 % of the variance is 10 % of the standard deviation: without that variable the total standard deviation
         // falls by 0.5 %.
-        Self { condition_number: 50.0, correlation: 0.95, min_variance_fraction: 0.01 }
+        Self { condition_number: ILL_CONDITIONED, correlation: 0.95, min_variance_fraction: 0.01 }
     }
 }
 

@@ -11,9 +11,9 @@ use super::format::clause;
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, more, wrap};
-use super::warnings::ILL_CONDITIONED;
 use super::{ReportError, format};
 use crate::case::Case;
+use crate::fit::ILL_CONDITIONED;
 use crate::study::answers::Answers;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 

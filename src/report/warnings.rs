@@ -1,17 +1,11 @@
 //! Warnings about a result.
 
 use super::{format, reportable};
-use crate::case::{CappedEmissivity, Case, Material, Ply};
+use crate::case::{CappedEmissivity, Case, Material};
 use crate::study::answers::Answers;
 use crate::study::nominal::{ErrorEstimate, Prediction};
-use crate::study::validity::{MAX_BALANCE_RESIDUAL, MOSTLY_ROUNDING, balances};
+use crate::study::validity::{MAX_BALANCE_RESIDUAL, MOSTLY_ROUNDING, TableExcursion, balances};
 use crate::traces::{Balance, MemberStatus};
-
-/// Excursions beyond a property table up to this are ignored, K: over a few kelvin no property changes.
-const TABLE_MARGIN_K: f64 = 10.0;
-/// Condition number from which an estimate is called ill-conditioned. Belsley, Kuh & Welsch (*Regression
-/// Diagnostics*, 1980) call 30 to 100 strong collinearity.
-pub(super) const ILL_CONDITIONED: f64 = 50.0;
 
 /// All warnings: those of every result, then temperatures beyond property tables.
 pub(super) fn all(answers: &Answers) -> Vec<String> {
@@ -114,32 +108,10 @@ pub(super) fn accuracy_warnings(reached: Option<&ErrorEstimate>, balance: &Balan
     warnings
 }
 
-/// A property of a ply at temperatures beyond its table.
-struct TableExcursion<'a> {
-    ply: &'a Ply,
-    is_above: bool,
-    property: &'static str,
-    /// End of its table, and the extreme temperature of the ply, K.
-    bound_k: f64,
-    extreme_k: f64,
-}
-
 /// Warnings about materials that left a property table in any of the marches.
 pub(super) fn table_excursions(case: &Case, marches: &[&Prediction]) -> Vec<String> {
     let mut warnings = Vec::new();
-    let mut left: Vec<TableExcursion<'_>> = Vec::new();
-    for (index, ply) in case.layup.plies.iter().enumerate() {
-        let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
-        let Some((coldest_k, hottest_k)) = met.copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { continue };
-        for (property, (low_k, high_k)) in case.table_ranges_k(index) {
-            if hottest_k > high_k + TABLE_MARGIN_K {
-                left.push(TableExcursion { ply, is_above: true, property, bound_k: high_k, extreme_k: hottest_k });
-            }
-            if coldest_k < low_k - TABLE_MARGIN_K {
-                left.push(TableExcursion { ply, is_above: false, property, bound_k: low_k, extreme_k: coldest_k });
-            }
-        }
-    }
+    let mut left = TableExcursion::all(case, marches);
     // One warning for all plies of a material.
     while let Some(first) = left.first() {
         let (id, is_above) = (first.ply.material.id.clone(), first.is_above);

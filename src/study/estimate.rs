@@ -8,6 +8,7 @@ mod landscape;
 mod likelihood;
 mod multi_start;
 mod profile;
+mod residual_faults;
 mod start_results;
 
 pub use combination::Combination;

@@ -76,6 +76,16 @@ pub struct Posterior {
     pub discretisation_errors_k: Vec<Option<f64>>,
 }
 
+/// Fall of the scaled objective that is warned of: the rise at one standard error. Less may be rounding.
+const OBJECTIVE_FALL: f64 = 1.0;
+
+impl Posterior {
+    /// Whether the chains found a point well below the estimate.
+    pub(crate) fn has_lower_objective(&self) -> bool {
+        self.objective_decrease > OBJECTIVE_FALL
+    }
+}
+
 /// Errors of a posterior.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -1,11 +1,14 @@
-//! Whether the result of a march can be used: its status, its discretisation error and its balances.
+//! Whether the result of a march can be used: its status, its discretisation error and its balances; and temperatures
+//! beyond the tables.
 
 use super::nominal::Prediction;
 use super::uncertainty::failure_reason;
-use crate::case::Case;
+use crate::case::{Case, Ply};
 use crate::plan::{ErrorEstimate, GaugeError, RoundingError};
 use crate::traces::Balance;
 
+/// Excursions beyond a property table up to this are ignored, K: over a few kelvin no property changes.
+const TABLE_MARGIN_K: f64 = 10.0;
 /// Largest acceptable relative residual of the energy and mass balances.
 pub const MAX_BALANCE_RESIDUAL: f64 = 1e-3;
 /// Multiple of the tolerance of the discretisation error, and of the largest residual of a balance, above which a
@@ -75,6 +78,37 @@ fn balance_failure((balance, residual, remedy): (&str, f64, &str)) -> Option<Str
         let percent = two_digits(100.0 * residual);
         format!("its {balance} balance is off by {percent} %, more than {} %: {remedy}", 100.0 * limit)
     })
+}
+
+/// A property of a ply at temperatures beyond its table.
+pub(crate) struct TableExcursion<'a> {
+    pub(crate) ply: &'a Ply,
+    pub(crate) is_above: bool,
+    pub(crate) property: &'static str,
+    /// End of its table, and the extreme temperature of the ply, K.
+    pub(crate) bound_k: f64,
+    pub(crate) extreme_k: f64,
+}
+
+impl<'a> TableExcursion<'a> {
+    /// Those of any of the marches of a case.
+    pub(crate) fn all(case: &'a Case, marches: &[&Prediction]) -> Vec<Self> {
+        let mut found = Vec::new();
+        for (index, ply) in case.layup.plies.iter().enumerate() {
+            let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
+            let met = met.copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+            let Some((coldest_k, hottest_k)) = met else { continue };
+            for (property, (low_k, high_k)) in case.table_ranges_k(index) {
+                if hottest_k > high_k + TABLE_MARGIN_K {
+                    found.push(Self { ply, is_above: true, property, bound_k: high_k, extreme_k: hottest_k });
+                }
+                if coldest_k < low_k - TABLE_MARGIN_K {
+                    found.push(Self { ply, is_above: false, property, bound_k: low_k, extreme_k: coldest_k });
+                }
+            }
+        }
+        found
+    }
 }
 
 /// A number to two significant digits.

@@ -121,7 +121,7 @@ pub(super) fn posterior_warnings(
         ));
     }
     warnings.extend(estimates_far_from_median(estimated, outcome));
-    if outcome.objective_decrease > OBJECTIVE_FALL {
+    if outcome.has_lower_objective() {
         warnings.push(format!(
             "The chains found an objective below that of the estimate by {}: the estimate is a local minimum. Search \
              with --starts.",
@@ -137,7 +137,7 @@ pub(super) fn posterior_warnings(
             ));
         }
         for (sensor, found) in case.sensors.iter().zip(&of.sensors) {
-            if found.coverage.is_some_and(|(_, coverage)| coverage < LOW_COVERAGE) {
+            if found.misses_observations() {
                 warnings.push(format!(
                     "{}: only {} of the observations lie in the predictive interval with model discrepancy; an effect \
                      that no factor resembles acts there.",
@@ -153,10 +153,7 @@ pub(super) fn posterior_warnings(
 /// Estimates that are far from the posterior median, and which of the two to use.
 fn estimates_far_from_median(estimated: &ParameterEstimates, outcome: &Posterior) -> Option<String> {
     let each = outcome.marginals.iter().zip(&estimated.factors).zip(&estimated.values);
-    let is_apart = |((marginal, _), value): &((&PosteriorMarginal, &Estimand), &f64)| {
-        let (low, high) = marginal.interval;
-        (marginal.median - **value).abs() > MEDIAN_DISTANCE * (high - low)
-    };
+    let is_apart = |((marginal, _), value): &((&PosteriorMarginal, &Estimand), &f64)| marginal.is_far_from(**value);
     let text = |((marginal, estimand), value): ((&PosteriorMarginal, &Estimand), &f64)| {
         format!("{} (estimate {value:.3}, median {:.3})", estimand.factor.name, marginal.median)
     };
@@ -174,15 +171,6 @@ fn estimates_far_from_median(estimated: &ParameterEstimates, outcome: &Posterior
 pub(super) fn agreement() -> String {
     "Estimates and posterior medians agree within an eighth of the 95 % intervals.".to_owned()
 }
-
-/// Difference of median and estimate, in widths of the 95 % interval, that is warned of: half a standard deviation of
-/// a normal posterior.
-const MEDIAN_DISTANCE: f64 = 0.125;
-/// Fall of the scaled objective that is warned of: the rise at one standard error. Less may be rounding.
-const OBJECTIVE_FALL: f64 = 1.0;
-/// Coverage of a trace that is warned of. Samples are autocorrelated, so that the coverage of a single trace by a valid
-/// 95 % band varies widely.
-const LOW_COVERAGE: f64 = 0.5;
 
 /// Whether the observations of a sensor were fitted.
 pub(super) fn is_fitted(case: &Case, sensor: usize) -> bool {

@@ -1,24 +1,17 @@
 //! Warnings about an estimate.
 
-use crate::fit::WARNED_CORRELATION;
+use crate::fit::ILL_CONDITIONED;
 use crate::report::format;
-use crate::report::warnings::{ILL_CONDITIONED, march_warnings, table_excursions};
+use crate::report::warnings::{march_warnings, table_excursions};
 use crate::study::answers::Answers;
 use crate::study::estimate::ParameterEstimates;
-
-/// Largest acceptable ratio of residuals and stated standard deviations, either way.
-const MAX_RESIDUAL_RATIO: f64 = 2.0;
-/// Correlation time, over the length of the longest trace, from which intervals are too short: with the trace itself 92
-/// % of them hold the truth, with three to five traces 79 to 88 %, and the estimate of a time as long is often half of
-/// it.
-const LONG_CORRELATION: f64 = 0.5;
 
 pub(super) fn all(answers: &Answers, outcome: &ParameterEstimates) -> Vec<String> {
     let mut warnings = Vec::new();
     if let (None, Some(fitted)) = (&answers.nominal, outcome.fitted.first()) {
         warnings.extend(march_warnings(&answers.case, &fitted.before, "nominal"));
     }
-    estimate_warnings(answers, outcome, &mut warnings);
+    estimate_warnings(outcome, &mut warnings);
     for (case, fitted) in answers.fits(outcome) {
         warnings.extend(march_warnings(case, &fitted.after, "fitted"));
     }
@@ -29,7 +22,7 @@ pub(super) fn all(answers: &Answers, outcome: &ParameterEstimates) -> Vec<String
     warnings
 }
 
-fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: &mut Vec<String>) {
+fn estimate_warnings(outcome: &ParameterEstimates, warnings: &mut Vec<String>) {
     if !outcome.converged {
         warnings.push(format!("The estimate did not converge ({}). {}", outcome.termination, outcome.advice));
     }
@@ -53,7 +46,7 @@ fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: 
         ));
     }
     let ratio = outcome.noise_variance.sqrt();
-    if ratio > MAX_RESIDUAL_RATIO || (ratio < 1.0 / MAX_RESIDUAL_RATIO && exceed_numerical_error(answers, outcome)) {
+    if outcome.scatters_unlike_stated() {
         let used = if outcome.prior.is_some() {
             format!(
                 " Against the priors the data are weighted with {} times their stated standard deviations.",
@@ -67,7 +60,7 @@ fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: 
             format::significant(ratio, 2)
         ));
     }
-    if outcome.correlation_probability > WARNED_CORRELATION && exceed_numerical_error(answers, outcome) {
+    if outcome.has_correlated_residuals() {
         warnings.push(format!(
             "The residuals are autocorrelated ({} at lag one): effective sample size {} of {}. Standard errors and \
              intervals account for correlated noise, not for an error of the model that resembles the effect of a \
@@ -77,35 +70,15 @@ fn estimate_warnings(answers: &Answers, outcome: &ParameterEstimates, warnings: 
             format::count(outcome.samples)
         ));
     }
-    let longest_s = longest_trace_s(outcome);
-    if outcome.correlation_time_s >= LONG_CORRELATION * longest_s && exceed_numerical_error(answers, outcome) {
+    if outcome.correlates_over_traces() {
         warnings.push(format!(
             "The residuals correlate over {}, and the longest trace is {}: errors that slow cannot be told from the \
              signal, and the intervals are too short. Of synthetic data with such noise, 95 % intervals hold the \
              truth in 79 to 92 %. Fit a longer window, or add what the model lacks.",
             format::seconds(outcome.correlation_time_s),
-            format::seconds(longest_s)
+            format::seconds(outcome.longest_trace_s())
         ));
     }
-}
-
-/// Length of the longest fitted trace, s.
-fn longest_trace_s(outcome: &ParameterEstimates) -> f64 {
-    let traces = outcome.fitted.iter().flat_map(|fitted| &fitted.residuals);
-    let lengths_s = traces.filter_map(|(times_s, _)| Some(times_s.last()? - times_s.first()?));
-    lengths_s.fold(0.0, f64::max)
-}
-
-/// Residuals up to this are rounding where cells and steps are stated and no discretisation error is known, K.
-const ROUNDING_K: f64 = 1e-3;
-
-/// Whether residuals exceed the numerical error at any sensor. Synthetic data without noise leave numerical errors,
-/// which are autocorrelated. The stated standard deviation does not matter: it may be ten times the scatter.
-fn exceed_numerical_error(answers: &Answers, outcome: &ParameterEstimates) -> bool {
-    answers.fits(outcome).any(|(_, fitted)| {
-        let error_k = fitted.after.error_estimate.as_ref().map_or(0.0, |reached| reached.nominal_k);
-        fitted.misfits.iter().any(|(_, after)| after.rms_k > error_k.max(ROUNDING_K))
-    })
 }
 
 /// Pairs of estimates that the data cannot separate, and the combination that they determine.

@@ -18,6 +18,18 @@ pub struct PosteriorMarginal {
     pub shares: Vec<f64>,
 }
 
+/// Difference of median and estimate, in widths of the 95 % interval, that is warned of: half a standard deviation of
+/// a normal posterior.
+const MEDIAN_DISTANCE: f64 = 0.125;
+
+impl PosteriorMarginal {
+    /// Whether an estimate is far from the median.
+    pub(crate) fn is_far_from(&self, estimate: f64) -> bool {
+        let (low, high) = self.interval;
+        (self.median - estimate).abs() > MEDIAN_DISTANCE * (high - low)
+    }
+}
+
 /// Marginal distribution of two factors.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]

@@ -36,6 +36,17 @@ pub struct SensorPredictive {
     pub coverage: Option<(f64, f64)>,
 }
 
+/// Coverage of a trace that is warned of. Samples are autocorrelated, so that the coverage of a single trace by a valid
+/// 95 % band varies widely.
+const LOW_COVERAGE: f64 = 0.5;
+
+impl SensorPredictive {
+    /// Whether many observations lie outside both bands.
+    pub(crate) fn misses_observations(&self) -> bool {
+        self.coverage.is_some_and(|(_, coverage)| coverage < LOW_COVERAGE)
+    }
+}
+
 /// Median and 95 % band of the draws.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
