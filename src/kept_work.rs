@@ -4,9 +4,9 @@
 mod checkpoint;
 pub(crate) mod checksum;
 pub(crate) mod kept_rows;
-pub mod log_part;
+pub(crate) mod log_part;
 pub(crate) mod row_journal;
-pub mod sweep_piece;
+pub(crate) mod sweep_piece;
 pub(crate) mod work_log;
 
 pub use checkpoint::{Checkpoint, KeptWork};

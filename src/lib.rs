@@ -67,7 +67,6 @@
 //! - [`fit`]: bounded least squares and identifiability
 //! - [`statistics`]: sums over the members of an ensemble
 //! - [`study`]: one function per kind of answer
-//! - [`kept_work`]: finished work of studies in files
 //! - [`report`]: pages, figures and tables
 //! - [`verify`]: verification against exact solutions, other codes and refined grids
 //!
@@ -83,7 +82,7 @@ pub mod case;
 pub mod command;
 pub mod ensemble;
 pub mod fit;
-pub mod kept_work;
+mod kept_work;
 pub mod limits;
 pub mod march;
 use bondline_physics as physics;

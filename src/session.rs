@@ -20,6 +20,7 @@ mod trade;
 mod until;
 
 pub use crate::kept_work::log_part::LogPart;
+pub use crate::kept_work::sweep_piece::{CaseIdentity, Piece, fingerprint};
 pub use crate::kept_work::{Checkpoint, KeptWork};
 pub use crate::march::backend_selection::{BackendKind, BackendOptions};
 pub use crate::march::cpu::InstructionSet;

@@ -3,8 +3,8 @@
 use crate::cli::CASE;
 use crate::support::{Scratch, case};
 use bondline::case::Case;
-use bondline::kept_work::sweep_piece::fingerprint;
 use bondline::question::Study;
+use bondline::session::fingerprint;
 use bondline::session::{BackendKind, Options, Session};
 use serde_json::Value;
 

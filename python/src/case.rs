@@ -3,7 +3,7 @@
 use crate::errors;
 use crate::question::{self, Answers};
 use crate::work::Watch;
-use bondline::kept_work::sweep_piece::fingerprint;
+use bondline::session::fingerprint;
 use bondline::session::{BackendOptions, Options, PlanCache};
 use bondline::study::thermocouple_residuals::samples;
 use bondline::{Ensemble, Session, Traces};

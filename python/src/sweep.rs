@@ -3,9 +3,9 @@
 use crate::case::{Case, SessionOptions};
 use crate::errors;
 use crate::question::{Answers, question};
-use bondline::kept_work::sweep_piece::{CaseIdentity, Piece, fingerprint};
 use bondline::question::Question;
 use bondline::session::SweepMerger;
+use bondline::session::{CaseIdentity, Piece, fingerprint};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;

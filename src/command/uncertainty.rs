@@ -9,7 +9,7 @@ use crate::command::progress::MarchProgress;
 use crate::command::resume::Resumable;
 use crate::command::run::{open_session, output_path};
 use crate::command::stop::token_of_signals;
-use crate::kept_work::sweep_piece::{CaseIdentity, Piece, file_name, fingerprint};
+use crate::kept_work::sweep_piece::{CaseIdentity, Piece, fingerprint};
 use crate::march::Precision;
 use crate::question::{Question, Uncertainty};
 use crate::report::files::PartFolder;
@@ -27,7 +27,7 @@ pub(crate) fn write_part(
     let (case, question) = checked(args, question.into())?;
     let Question::Uncertainty(question) = question else { return Err(input("expected members of a sweep")) };
     let (draw, (members, equal_pieces)) = (question.sweep(), question.part()?);
-    let (id, name) = (case.id().to_owned(), file_name(case.id(), &members));
+    let (id, name) = (case.id().to_owned(), format!("{}-{}-{}.json", case.id(), members.start, members.end));
     let folder =
         PartFolder::open(&output_path("uncertainty", args, &id), &id, args.force, &name).map_err(unusable_folder)?;
     // A task that a scheduler starts again does no work twice.

@@ -309,14 +309,9 @@ fn failure_records(gathered: &SweepStatistics) -> Vec<FailureRecord> {
 
 /// The members of piece `number` of `pieces` equal ones, counted from 1: `None` if there is no such piece, or if a
 /// piece would have no member.
-pub fn equal_piece(number: usize, pieces: usize, members: usize) -> Option<Range<usize>> {
+pub(crate) fn equal_piece(number: usize, pieces: usize, members: usize) -> Option<Range<usize>> {
     let end = |number: usize| (number as u128 * members as u128 / pieces as u128) as usize;
     ((1..=pieces).contains(&number) && pieces <= members).then(|| end(number - 1)..end(number))
-}
-
-/// File name of a piece: `slab-0-2500.json` for members 0 to 2,499 of `slab`.
-pub fn file_name(case: &str, members: &Range<usize>) -> String {
-    format!("{case}-{}-{}.json", members.start, members.end)
 }
 
 /// Hash of the case's content, including changes by `--set`: XXH3 of its JSON with sorted keys. Numbers are written

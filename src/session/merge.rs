@@ -23,8 +23,8 @@ pub struct MissingMembers {
     pub equal_pieces: Option<usize>,
 }
 
-/// Merge files of the form of [`sweep_piece`](crate::kept_work::sweep_piece), in any order. `case_path` is the path
-/// of the case; `None`: the path that the first file states.
+/// Merge the files of the parts of a sweep, in any order. `case_path` is the path of the case; `None`: the path that
+/// the first file states.
 ///
 /// # Errors
 /// When the files are not all parts of one sweep, the case has changed since, or a file cannot be read.
