@@ -47,14 +47,25 @@ fn read_face(sensor: u32, step: u32) -> DoubleWord {
     let ply = location.ply_above;
     let conductivity = conductivity_now(ply, i, step);
     let next = conductivity_now(location.ply_below, i + 1u, step);
-    var conductance = conductance_within(conductivity, next, half_over_distance_1_m(i));
-    if location.ply_above != location.ply_below {
+    let upper = temperatures[i];
+    let lower = temperatures[i + 1u];
+    let row = plan.sensors[sensor];
+    let is_steep =
+        STEEP_CONDUCTIVITIES && ply == location.ply_below && plan.tables[ply].conductivity_integral > 0u;
+    let half_over_next_1_m = half_over_distance_1_m(i);
+    var conductance = conductance_within(conductivity, next, half_over_next_1_m);
+    if is_steep {
+        let missed = conductivity_by_integral(ply, i, difference(upper, lower), step, 0u)[0];
+        conductance = conductance + missed * (half_over_next_1_m + half_over_next_1_m);
+    }
+    if ply != location.ply_below {
         let lengths_m = lengths_to_next_m(i);
         conductance = conductance_across(conductivity, lengths_m[0], next, lengths_m[1], contact_scales[ply]);
     }
-    let upper = temperatures[i];
-    let lower = temperatures[i + 1u];
-    let nominal = interface_temperature(upper, lower, conductivity, next, conductance, plan.sensors[sensor]);
+    var nominal = interface_temperature(upper, lower, conductivity, next, conductance, row);
+    if is_steep {
+        nominal = temperature_within_steep_ply(upper, lower, conductivity, next, conductance, row);
+    }
     if DEPTHS == 1u {
         let flux = conductance * difference(upper, lower);
         return add_unnormalized(nominal, depth_correction(sensor, flux / conductivity, flux / next));

@@ -16,6 +16,25 @@ fn interface_temperature(
     return add_unnormalized(upper, -fall);
 }
 
+fn temperature_within_steep_ply(
+    upper: DoubleWord,
+    lower: DoubleWord,
+    conductivity: real,
+    next: real,
+    conductance: real,
+    sensor: Sensor,
+) -> DoubleWord {
+    let drop = difference(upper, lower);
+    let flux = conductance * drop;
+    let to_face = flux * sensor.above_m / conductivity;
+    let from_face = drop - flux * sensor.below_m / next;
+    let falls = ge_mask(drop, 0.0);
+    let conducts_better = ge_mask(next, conductivity);
+    let is_least = falls * conducts_better + (1.0 - falls) * (1.0 - conducts_better);
+    let fall = is_least * min(to_face, from_face) + (1.0 - is_least) * max(to_face, from_face);
+    return add_unnormalized(upper, -min(max(fall, min(drop, real(0.0))), max(drop, real(0.0))));
+}
+
 fn peak_excess(slopes_k_m: array<real, 3>, lengths_m: array<real, 3>) -> real {
     let above = slopes_k_m[0];
     let between = slopes_k_m[1];

@@ -96,7 +96,6 @@ pub struct RoundingError {
 
 impl ErrorEstimate {
     /// Of a march without gauges and other members.
-    #[cfg(any(feature = "command", test))]
     pub(crate) fn of_temperature(nominal_k: f64, tolerance_k: f64) -> Self {
         Self {
             tolerance_k,

@@ -25,7 +25,6 @@ mod twin;
 mod uncertainty;
 
 pub use design::Design;
-pub(crate) use design::check_noise;
 pub use draw::Draw;
 pub use error::InputError;
 pub(crate) use error::{check_limit, is_positive};

@@ -175,7 +175,11 @@ impl Session {
             run.add_files(&case);
             let answers = Answers::new(question.name(), case, backend, seconds, run);
             let mut study = RunningStudy { plan, march, options, answers };
-            let answer = work(&mut study)?;
+            let answer = work(&mut study).map_err(|error| match (error, study.answers.unusable_reason()) {
+                // What a study finds wrong with a case may be due to a nominal march that is worthless.
+                (SessionError::Input(_), Some(reason)) => SessionError::Unusable(reason),
+                (error, _) => error,
+            })?;
             let RunningStudy { march, mut answers, options, .. } = study;
             let (study_s, march_s) = (start.elapsed().as_secs_f64(), march.seconds());
             answers.run.remarks.extend(march.remarks());

@@ -1,6 +1,5 @@
 //! The studies of a case: one module each, with one entry function and the struct of its results.
 
-#[cfg(any(feature = "command", test))]
 mod answer_validity;
 pub mod answers;
 pub mod coverage_study;

@@ -434,6 +434,7 @@ fn a_result_that_cannot_be_used_ends_with_exit_code_1_and_the_reason() {
         "design case.toml --estimate f_q --sensors 1 -n 8",
         "twin case.toml --out twin.csv",
         "twin case.toml --study 4",
+        "size case.toml --ply S -n 50 --probability 0.8",
         "trade case.toml --size S --ply S=m -n 50 --probability 0.8",
     ] {
         let thick = format!("{command} --set ply.S.thickness=\"1e15\u{a0}m\" --force");

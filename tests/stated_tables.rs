@@ -51,6 +51,47 @@ const COARSE: &str = "resolution = { tolerance = \"0.5 K\" }";
 const LATENT: &str = "temperatures_k = [250, 300.5, 300.6, 304.4, 304.5, 400]\n\
                       values = [1000, 1000, 52000, 52000, 1000, 1000]\nunit = \"J/kg/K\"\noutside = \"clamp\"";
 
+/// In a steady state between held faces the temperature falls along two straight lines that meet where the
+/// conductivity jumps, at 600 K. Two sensors lie in the stretch between nodes that holds the jump, wherever the nodes
+/// are, as those of a sensor are at equal distances on both sides of it.
+#[test]
+fn steady_readings_next_to_a_jump_of_the_conductivity_are_exact() {
+    for (hot_k, cold_k, below, above) in
+        [(900.0, 300.0, 2.0, 0.5), (900.0, 300.0, 0.5, 2.0), (300.0, 900.0, 2.0, 0.5), (300.0, 900.0, 0.5, 2.0)]
+    {
+        let conductivity = format!(
+            "temperatures_k = [200, 600, 600, 1000]\nvalues = [{below}, {below}, {above}, {above}]\n\
+             unit = \"W/m/K\"\noutside = \"clamp\""
+        );
+        let (first, second) = if hot_k > cold_k { (above, below) } else { (below, above) };
+        let jump_m = 0.02 * first / (first + second);
+        let depths_m: Vec<f64> = (-3..=3).map(|k| jump_m + 0.3e-3 * f64::from(k)).collect();
+        let sensors: Vec<String> = (0..depths_m.len())
+            .map(|i| format!("{{ name = \"S{i}\", depth = \"{:.6} mm\" }}", 1e3 * depths_m[i]))
+            .collect();
+        let text = format!(
+            "initial_temperature = \"{cold_k} K\"\nduration = \"8000 s\"\n\
+             resolution = {{ cells = 40, max_step = \"20 s\" }}\n\
+             ply = [{{ name = \"S\", material = \"m\", thickness = \"20 mm\" }}]\nsensor = [{}]\n\
+             hot_face = {{ kind = \"held\", temperature = \"{hot_k} K\" }}\n\
+             back_face = {{ kind = \"held\", temperature = \"{cold_k} K\" }}\n",
+            sensors.join(", ")
+        );
+        let files = BTreeMap::from([("materials/m.toml".to_owned(), material(CAPACITY, &conductivity))]);
+        let case = Case::from_toml(&text, "slab", &files).unwrap_or_else(|error| panic!("{error}"));
+        let (found_k, _) = at_end_k(&case, Precision::F64);
+        for (found_k, depth_m) in found_k.iter().zip(&depths_m) {
+            let (start_k, fraction) = if *depth_m < jump_m {
+                (hot_k, depth_m / jump_m)
+            } else {
+                (cold_k, (0.02 - depth_m) / (0.02 - jump_m))
+            };
+            let right_k = start_k + (600.0 - start_k) * fraction;
+            assert!((found_k - right_k).abs() < 0.01, "{hot_k} K, {below}, {depth_m} m: {found_k} for {right_k} K");
+        }
+    }
+}
+
 /// Of a finite-volume method in enthalpy written apart, whose results with 240 and 480 cells agree to 0.01 K.
 const LATENT_K: [f64; 3] = [325.74, 311.77, 301.05];
 

@@ -303,7 +303,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// levels those of the mean pressure. Within a row of the table the mean is exact, and has no difference of large
     /// numbers.
     #[inline(always)]
-    fn conductivity_by_integral(&self, p: usize, cell: usize, drop: R, step: usize, stage: usize) -> [R; 3] {
+    pub(super) fn conductivity_by_integral(&self, p: usize, cell: usize, drop: R, step: usize, stage: usize) -> [R; 3] {
         let (zero, one, half) = (R::from_f64(0.0), R::from_f64(1.0), R::from_f64(0.5));
         let (ply, table) = (&self.plan.plies[p], &self.plan.tables[p]);
         let index_at = |i: usize| self.ply_index(p, self.thermal.temperatures[i].high + self.stage_increment(i, stage));

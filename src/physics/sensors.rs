@@ -5,7 +5,9 @@ use super::compensated::{add_unnormalized, difference};
 use super::double_word::DoubleWord;
 use super::material::{conductance_across, conductance_within};
 use super::member::{Member, half_over_distance_1_m};
-use super::thermocouple::{bead_response, covered_length, interface_temperature, peak_excess};
+use super::thermocouple::{
+    bead_response, covered_length, interface_temperature, peak_excess, temperature_within_steep_ply,
+};
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Temperature at a sensor, or the highest of a part with a temperature limit.
@@ -69,14 +71,28 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             conductivities[below] = self.conductivity_now(ply as usize, i + below, step);
         }
         let [conductivity, next] = conductivities;
-        let conductance = if location.ply_above == location.ply_below {
-            conductance_within(conductivity, next, half_over_distance_1_m::<R>(&self.rows.cells[i]))
+        let (here, below) = (self.thermal.temperatures[i], self.thermal.temperatures[i + 1]);
+        let is_within = location.ply_above == location.ply_below;
+        let is_steep = is_within && self.integrates_conductivity(ply);
+        let conductance = if is_within {
+            let half_over_next_1_m = half_over_distance_1_m::<R>(&self.rows.cells[i]);
+            let by_mean = conductance_within(conductivity, next, half_over_next_1_m);
+            if is_steep {
+                let [missed, ..] = self.conductivity_by_integral(ply, i, difference(here, below), step, 0);
+                by_mean + missed * (half_over_next_1_m + half_over_next_1_m)
+            } else {
+                by_mean
+            }
         } else {
             let [below_m, above_m] = self.lengths_to_next_m(i);
             conductance_across(conductivity, below_m, next, above_m, self.scales.contacts_m2_k_w[ply])
         };
-        let (here, below) = (self.thermal.temperatures[i], self.thermal.temperatures[i + 1]);
-        let nominal = interface_temperature(here, below, conductivity, next, conductance, self.rows.sensors[sensor]);
+        let row = self.rows.sensors[sensor];
+        let nominal = if is_steep {
+            temperature_within_steep_ply(here, below, conductivity, next, conductance, row)
+        } else {
+            interface_temperature(here, below, conductivity, next, conductance, row)
+        };
         if self.plan.has_depth_factors {
             let flux = conductance * difference(here, below);
             let displaced = self.depth_correction(sensor, flux / conductivity, flux / next);

@@ -307,7 +307,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
     /// Whether the fluxes within a ply are differences of the integral of its conductivity.
     #[inline(always)]
-    fn integrates_conductivity(&self, p: usize) -> bool {
+    pub(super) fn integrates_conductivity(&self, p: usize) -> bool {
         self.plan.tables[p].conductivity_integral > 0
     }
 

@@ -29,6 +29,31 @@ pub fn interface_temperature<R: Real>(
     add_unnormalized(upper, -fall)
 }
 
+/// Temperature between two nodes of a ply whose conductivity may jump between their temperatures.
+///
+/// It then follows two straight lines that meet where the conductivity jumps: in falling, the higher one of both where
+/// the lower node conducts better, and the lower one elsewhere; in rising the other way round. It lies between those of
+/// the nodes, beyond which a third conductivity between theirs would take the lines.
+#[inline(always)]
+pub fn temperature_within_steep_ply<R: Real>(
+    upper: DoubleWord<R>,
+    lower: DoubleWord<R>,
+    conductivity: R,
+    next: R,
+    conductance: R,
+    sensor: Sensor<R::Scalar>,
+) -> DoubleWord<R> {
+    let (zero, one) = (R::from_f64(0.0), R::from_f64(1.0));
+    let drop = difference(upper, lower);
+    let flux = conductance * drop;
+    let to_face = flux * R::splat(sensor.above_m) / conductivity;
+    let from_face = drop - flux * R::splat(sensor.below_m) / next;
+    let (falls, conducts_better) = (drop.ge_mask(zero), next.ge_mask(conductivity));
+    let is_least = falls * conducts_better + (one - falls) * (one - conducts_better);
+    let fall = is_least * to_face.min(from_face) + (one - is_least) * to_face.max(from_face);
+    add_unnormalized(upper, -fall.max(drop.min(zero)).min(drop.max(zero)))
+}
+
 /// Height of a peak between two nodes above the upper one, K, from the slopes above, between and below the nodes, K/m,
 /// and the lengths of these stretches, m; zero without a peak.
 ///

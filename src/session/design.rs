@@ -2,9 +2,9 @@
 
 use super::{ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, adapted, with_tolerance};
 use crate::adapt::with_nominal_rounding;
-use crate::case::Case;
+use crate::case::{Case, Observation};
 use crate::march::March;
-use crate::question::{self, check_noise, named_cases};
+use crate::question::{self, InputError, named_cases};
 use crate::study::estimate::{SearchOptions, estimate};
 use crate::study::experiment_design::{DesignRequest, ExperimentDesign, SampleNoise, design_experiment};
 
@@ -52,7 +52,8 @@ impl RunningStudy<'_> {
         }
         let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(self.march.backend().precision) };
         let noise = request.noise.or_estimated(&estimate(&[(&case, self.plan)], self.march, &search)?);
-        check_noise(noise.deviation_k)?;
+        Observation::checked_sigma_k(noise.deviation_k)
+            .map_err(|message| InputError::general(format!("noise of the residuals of an estimate: {message}")))?;
         Ok(noise)
     }
 }
