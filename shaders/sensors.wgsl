@@ -50,8 +50,9 @@ fn read_face(sensor: u32, step: u32) -> DoubleWord {
     let upper = temperatures[i];
     let lower = temperatures[i + 1u];
     let row = plan.sensors[sensor];
-    let is_steep =
-        STEEP_CONDUCTIVITIES && ply == location.ply_below && plan.tables[ply].conductivity_integral > 0u;
+    let is_between_nodes = location.node_above < location.node_below;
+    let is_steep = STEEP_CONDUCTIVITIES && ply == location.ply_below && is_between_nodes
+        && plan.tables[ply].conductivity_integral > 0u;
     let half_over_next_1_m = half_over_distance_1_m(i);
     var conductance = conductance_within(conductivity, next, half_over_next_1_m);
     if is_steep {

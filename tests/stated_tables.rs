@@ -37,11 +37,15 @@ fn held_slab(material: String, millimetres: f64, face_k: f64, start_k: f64, more
 /// Temperatures of the sensors at the end, K, and the claimed error.
 fn at_end_k(case: &Case, precision: Precision) -> (Vec<f64>, f64) {
     let plan = adapt(case).unwrap_or_else(|error| panic!("{error}"));
-    let traces = march_extrapolated(&mut Cpu::new(precision), &plan, &Ensemble::nominal(case.factors()), 0..1)
+    (ends_k(case, &plan, precision), plan.error_estimate().map_or(f64::INFINITY, |estimate| estimate.nominal_k))
+}
+
+/// Readings at the end of the nominal march.
+fn ends_k(case: &Case, plan: &Plan, precision: Precision) -> Vec<f64> {
+    let traces = march_extrapolated(&mut Cpu::new(precision), plan, &Ensemble::nominal(case.factors()), 0..1)
         .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(traces.statuses, [MemberStatus::Completed]);
-    let ends = traces.temperatures_k.chunks_exact(traces.instants).map(|trace| trace[traces.instants - 1]);
-    (ends.collect(), plan.error_estimate().map_or(f64::INFINITY, |estimate| estimate.nominal_k))
+    traces.temperatures_k.chunks_exact(traces.instants).map(|trace| trace[traces.instants - 1]).collect()
 }
 
 /// A tolerance that a front reaches in a second; 0.05 K takes a minute.
@@ -53,7 +57,7 @@ const LATENT: &str = "temperatures_k = [250, 300.5, 300.6, 304.4, 304.5, 400]\n\
 
 /// In a steady state between held faces the temperature falls along two straight lines that meet where the
 /// conductivity jumps, at 600 K. Two sensors lie in the stretch between nodes that holds the jump, wherever the nodes
-/// are, as those of a sensor are at equal distances on both sides of it.
+/// are, as those of a sensor are at equal distances on both sides of it. The outer faces have a node.
 #[test]
 fn steady_readings_next_to_a_jump_of_the_conductivity_are_exact() {
     for (hot_k, cold_k, below, above) in
@@ -65,7 +69,8 @@ fn steady_readings_next_to_a_jump_of_the_conductivity_are_exact() {
         );
         let (first, second) = if hot_k > cold_k { (above, below) } else { (below, above) };
         let jump_m = 0.02 * first / (first + second);
-        let depths_m: Vec<f64> = (-3..=3).map(|k| jump_m + 0.3e-3 * f64::from(k)).collect();
+        let near_m = (-3..=3).map(|k| jump_m + 0.3e-3 * f64::from(k));
+        let depths_m: Vec<f64> = near_m.chain([0.0, 0.02]).collect();
         let sensors: Vec<String> = (0..depths_m.len())
             .map(|i| format!("{{ name = \"S{i}\", depth = \"{:.6} mm\" }}", 1e3 * depths_m[i]))
             .collect();
@@ -79,8 +84,12 @@ fn steady_readings_next_to_a_jump_of_the_conductivity_are_exact() {
         );
         let files = BTreeMap::from([("materials/m.toml".to_owned(), material(CAPACITY, &conductivity))]);
         let case = Case::from_toml(&text, "slab", &files).unwrap_or_else(|error| panic!("{error}"));
-        let (found_k, _) = at_end_k(&case, Precision::F64);
-        for (found_k, depth_m) in found_k.iter().zip(&depths_m) {
+        let (profile, nodes) = adapt(&case).unwrap_or_else(|error| panic!("{error}")).with_depth_readings(&case);
+        let nodes_m: Vec<f64> = nodes.iter().map(|node| node.depth_m).collect();
+        let in_profile_k = ends_k(&case, &profile, Precision::F64);
+        let at_sensors_k = at_end_k(&case, Precision::F64).0;
+        let readings = at_sensors_k.iter().zip(&depths_m).chain(in_profile_k.iter().zip(&nodes_m));
+        for (found_k, depth_m) in readings {
             let (start_k, fraction) = if *depth_m < jump_m {
                 (hot_k, depth_m / jump_m)
             } else {
@@ -251,9 +260,9 @@ hot_face = {{ kind = "heated", flux = "20 kW/m^2", emissivity = 0.8 }}
     let worst_k = |found_k: Vec<f64>| {
         found_k.iter().zip(KINK_K).map(|(found_k, expected_k)| (found_k - expected_k).abs()).fold(0.0, f64::max)
     };
-    let (adapted_k, claim_k) = read("");
+    let (adapted_k, claim_k) = read("resolution = { tolerance = \"0.1 K\" }");
     let error_k = worst_k(adapted_k);
-    assert!(error_k < claim_k && claim_k < 0.06, "{error_k} K, claim {claim_k} K");
+    assert!(error_k < claim_k && claim_k < 0.1, "{error_k} K, claim {claim_k} K");
     for cells in [40, 80, 160] {
         let error_k = worst_k(read(&format!("resolution = {{ cells = {cells} }}")).0);
         assert!(error_k < 3e-3, "{cells} cells: {error_k} K");

@@ -73,7 +73,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let [conductivity, next] = conductivities;
         let (here, below) = (self.thermal.temperatures[i], self.thermal.temperatures[i + 1]);
         let is_within = location.ply_above == location.ply_below;
-        let is_steep = is_within && self.integrates_conductivity(ply);
+        let row = self.rows.sensors[sensor];
+        let is_between_nodes = location.node_above < location.node_below;
+        let is_steep = is_within && is_between_nodes && self.integrates_conductivity(ply);
         let conductance = if is_within {
             let half_over_next_1_m = half_over_distance_1_m::<R>(&self.rows.cells[i]);
             let by_mean = conductance_within(conductivity, next, half_over_next_1_m);
@@ -87,7 +89,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let [below_m, above_m] = self.lengths_to_next_m(i);
             conductance_across(conductivity, below_m, next, above_m, self.scales.contacts_m2_k_w[ply])
         };
-        let row = self.rows.sensors[sensor];
         let nominal = if is_steep {
             temperature_within_steep_ply(here, below, conductivity, next, conductance, row)
         } else {

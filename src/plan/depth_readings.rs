@@ -109,7 +109,7 @@ impl Plan {
                     depth: 0,
                     node_above: cell as u32,
                     steps_above: 0,
-                    node_below: cell as u32 + 1,
+                    node_below: cell as u32,
                     steps_below: 0,
                     first_node: 0,
                     end_node: 0,

@@ -11,11 +11,15 @@ use std::collections::BinaryHeap;
 const MAJOR_CORNER_RANK: f64 = 1e-2;
 /// Steps end on every corner of a schedule with at most so many.
 const FEW_CORNERS: usize = 32;
-/// Most corners of a longer schedule on which steps end: those of the highest rank.
-const MOST_CORNERS: usize = 256;
-/// Of a schedule of at most [`MOST_CORNERS`] corners, those of this share of the largest rank are major, however small
-/// that is: pulses that are short against the run. A record of noise has more corners.
+/// Corners of this share of the largest rank are major, however small that is: pulses that are short against the run.
 const LARGE_SHARE: f64 = 0.1;
+/// Of a schedule of more corners, only those of this height are: others may be noise.
+const SOME_CORNERS: usize = 256;
+/// Height of a corner that is no noise, relative to the largest magnitude of the schedule.
+const LARGE_HEIGHT: f64 = 0.1;
+/// Most corners of a schedule on which steps end, those of the highest rank: 500 square pulses. A record of noise that
+/// is as large as its signal has more of that height, and keeps only those above [`MAJOR_CORNER_RANK`].
+const MOST_CORNERS: usize = 2048;
 /// A corner of a smaller rank is rounding.
 const ROUNDING_RANK: f64 = 1e-12;
 
@@ -33,11 +37,15 @@ pub(super) fn major_corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
     points.extend(rows.map(|(&time_s, &value)| (time_s, value)));
     points.push((duration_s, schedule.before(duration_s)));
     let last = points.len() - 1;
-    let scale = duration_s.sqrt() * points.iter().fold(0.0, |most: f64, point| most.max(point.1.abs()));
-    let rank = |before: usize, point: usize, after: usize| {
+    let largest = points.iter().fold(0.0, |most: f64, point| most.max(point.1.abs()));
+    let scale = duration_s.sqrt() * largest;
+    let doubled_area = |before: usize, point: usize, after: usize| {
         let [(x0, y0), (x1, y1), (x2, y2)] = [before, point, after].map(|index| points[index]);
-        let doubled_area = ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs();
-        let rank = doubled_area / ((x2 - x0).sqrt() * scale);
+        ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs()
+    };
+    let width_s = |before: usize, after: usize| points[after].0 - points[before].0;
+    let rank = |before: usize, point: usize, after: usize| {
+        let rank = doubled_area(before, point, after) / (width_s(before, after).sqrt() * scale);
         if rank > ROUNDING_RANK { rank } else { 0.0 }
     };
     let mut before: Vec<usize> = (0..=last).map(|point| point.saturating_sub(1)).collect();
@@ -47,6 +55,7 @@ pub(super) fn major_corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
     let mut smallest: BinaryHeap<Reverse<(u64, usize)>> =
         (1..last).map(|point| Reverse((ranks[point].to_bits(), point))).collect();
     let mut is_dropped = vec![false; last + 1];
+    let mut heights = vec![0.0; last + 1];
     let mut so_far = 0.0_f64;
     while let Some(Reverse((bits, point))) = smallest.pop() {
         if is_dropped[point] || bits != ranks[point].to_bits() {
@@ -57,6 +66,7 @@ pub(super) fn major_corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
         so_far = so_far.max(ranks[point]);
         ranks[point] = so_far;
         let (left, right) = (before[point], after[point]);
+        heights[point] = doubled_area(left, point, right) / (width_s(left, right) * largest);
         (after[left], before[right]) = (right, left);
         for neighbour in [left, right].into_iter().filter(|&neighbour| 0 < neighbour && neighbour < last) {
             ranks[neighbour] = rank(before[neighbour], neighbour, after[neighbour]);
@@ -65,9 +75,11 @@ pub(super) fn major_corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
     }
     let mut bends: Vec<usize> = (1..last).filter(|&point| ranks[point] > 0.0).collect();
     if bends.len() > FEW_CORNERS {
-        let large = LARGE_SHARE * bends.iter().fold(0.0, |most: f64, &point| most.max(ranks[point]));
-        let least = if bends.len() <= MOST_CORNERS { MAJOR_CORNER_RANK.min(large) } else { MAJOR_CORNER_RANK };
-        bends.retain(|&point| ranks[point] >= least);
+        let least = LARGE_SHARE * bends.iter().fold(0.0, |most: f64, &point| most.max(ranks[point]));
+        let is_short = bends.len() <= SOME_CORNERS;
+        let is_large = |point: usize| ranks[point] >= least && (is_short || heights[point] >= LARGE_HEIGHT);
+        let keeps_large = bends.iter().filter(|&&point| is_large(point)).count() <= MOST_CORNERS;
+        bends.retain(|&point| ranks[point] >= MAJOR_CORNER_RANK || (keeps_large && is_large(point)));
         bends.sort_by(|&one, &other| ranks[other].total_cmp(&ranks[one]));
         bends.truncate(MOST_CORNERS);
         bends.sort_unstable();
@@ -133,11 +145,21 @@ mod tests {
     }
 
     #[test]
+    fn every_one_of_300_pulses_in_a_day_keeps_its_corners_and_noise_of_a_thousand_rows_none() {
+        let starts_s: Vec<f64> = (0..300).map(|n| 137.3 + 287.1 * f64::from(n)).collect();
+        let times_s: Vec<f64> = starts_s.iter().flat_map(|&at_s| [at_s, at_s, at_s + 0.2, at_s + 0.2]).collect();
+        let pulses = Schedule { values: [0.0, 5e4, 5e4, 0.0].repeat(300), times_s };
+        assert_eq!(major_corners(&pulses, 86_400.0), pulses.times_s);
+        let of_noise_s = major_corners(&noisy(1000, 2e3, |_| 2e5), 10.0);
+        assert!(of_noise_s.len() < 60, "{} of 1,000 rows are major corners", of_noise_s.len());
+    }
+
+    #[test]
     fn of_many_pulses_the_corners_of_the_highest_are_kept() {
-        let times_s: Vec<f64> = (0..2000).map(|n| 0.1 * f64::from(n)).collect();
-        let values = (0..2000).map(|n| if n % 2 == 0 { 0.0 } else { 1.0 + f64::from(n) / 2000.0 }).collect();
+        let times_s: Vec<f64> = (0..4000).map(|n| 0.05 * f64::from(n)).collect();
+        let values = (0..4000).map(|n| if n % 2 == 0 { 0.0 } else { 1.0 + f64::from(n) / 4000.0 }).collect();
         let found_s = major_corners(&Schedule { times_s, values }, 200.0);
         assert_eq!(found_s.len(), MOST_CORNERS);
-        assert!(found_s.windows(2).all(|pair| pair[0] < pair[1]) && found_s[0] > 150.0, "{found_s:?}");
+        assert!(found_s.windows(2).all(|pair| pair[0] < pair[1]) && found_s[0] > 90.0, "{found_s:?}");
     }
 }
