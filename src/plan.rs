@@ -19,9 +19,7 @@ mod tables;
 mod time_grid;
 mod time_tolerance;
 
-use crate::case::{
-    Bounds, Case, Conductivity, Emissivity, Face, GasFlowModel, Material, OpenFace, OutOfRange, Property, Table,
-};
+use crate::case::{Bounds, Case, Conductivity, Emissivity, Face, GasFlowModel, OpenFace, OutOfRange, Property, Table};
 use crate::physics::layout::{self, FaceColumns, GasTransport, PlanData, PlanRows, PressureLevel, SensorLocation};
 use crate::traces::{Gauge, Peak};
 pub use consistency::InconsistentPlan;
@@ -314,7 +312,7 @@ impl Plan {
             interpolation: time_grid.interpolation,
             limits: limited_parts::limited_rows(case, forcing, &held_readings),
             held_readings,
-            table_limits_k: case.layup.plies.iter().map(|ply| table_limits(&ply.material)).collect(),
+            table_limits_k: (0..case.layup.plies.len()).map(|ply| table_limits(case, ply)).collect(),
             rows,
             forcing: Arc::clone(forcing),
             instants_s,
@@ -445,8 +443,9 @@ fn face(face: &Face) -> layout::Face<f64> {
     layout::Face { held: if matches!(face, Face::Held(_)) { 1.0 } else { 0.0 } }
 }
 
-/// The range of temperatures in which all tables of a material that refuse extrapolation are valid, K.
-fn table_limits(material: &Material) -> (f64, f64) {
+/// The range of temperatures in which all tables of a ply and its gas that refuse extrapolation are valid, K.
+fn table_limits(case: &Case, ply: usize) -> (f64, f64) {
+    let material = &case.layup.plies[ply].material;
     let mut allowed_k = (f64::NEG_INFINITY, f64::INFINITY);
     let mut narrow = |table: &Table| {
         if table.outside == OutOfRange::Error {
@@ -454,6 +453,7 @@ fn table_limits(material: &Material) -> (f64, f64) {
             allowed_k = (allowed_k.0.max(low), allowed_k.1.min(high));
         }
     };
+    case.gas_tables(ply).into_iter().for_each(|(_, table)| narrow(table));
     let mut each = |heat_capacity, emissivity, conductivity: &Conductivity| {
         narrow(heat_capacity);
         narrow(emissivity);

@@ -2,9 +2,11 @@
 
 use super::error::CaseError;
 use super::exposure::{Emissivity, Face};
+use super::gas::GasFlowModel;
 use super::input_files::InputFiles;
+use super::layup::Ply;
 use super::library::is_same_name;
-use super::{Case, Conductivity, EstimationSettings, Material};
+use super::{Case, Conductivity, EstimationSettings, Material, Table};
 use std::sync::Arc;
 
 impl Case {
@@ -39,7 +41,7 @@ impl Case {
     /// # Errors
     /// All errors of the case with these materials.
     pub(crate) fn with_materials(&self, materials: &[(Vec<usize>, Arc<Material>)]) -> Result<Self, CaseError> {
-        let is_inert = !self.layup.plies.iter().any(super::Ply::decomposes);
+        let is_inert = !self.layup.plies.iter().any(Ply::decomposes);
         let mut builder = self.to_builder();
         for (plies, material) in materials {
             let material = if is_inert { material.without_decomposition() } else { material.clone() };
@@ -68,20 +70,40 @@ impl Case {
         Ok(Self { input_files, ..builder.build()? })
     }
 
-    /// The properties of a ply that affect a march, with the range of the table of each, K.
-    pub(crate) fn table_ranges_k(&self, ply: usize) -> Vec<(&'static str, (f64, f64))> {
+    /// The properties of a ply that affect a march, with the range of the table of each, K. Those of its residues that
+    /// end elsewhere have no lower end, as a residue is made in heat.
+    pub(crate) fn table_ranges_k(&self, ply: usize) -> Vec<(String, (f64, f64))> {
         let material = &self.layup.plies[ply].material;
-        let conductivity = match &material.conductivity {
-            Conductivity::Tables(tables) => tables
-                .iter()
-                .map(|(_, table)| table.range_k())
-                .reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
-                .unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
-            Conductivity::ThreePart(parts) => parts.range_k,
+        let of = |conductivity: &Conductivity, heat_capacity: &Table, emissivity: &Table| {
+            let ranges_k = [conductivity.range_k(), heat_capacity.range_k(), emissivity.range_k()];
+            let named = ["conductivity", "heat capacity", "emissivity"].into_iter().zip(ranges_k);
+            named.take(if self.radiates(ply) { 3 } else { 2 }).collect::<Vec<_>>()
         };
-        let mut known = vec![("conductivity", conductivity), ("heat capacity", material.heat_capacity.range_k())];
-        if self.radiates(ply) {
-            known.push(("emissivity", material.emissivity.range_k()));
+        let virgin = of(&material.conductivity, &material.heat_capacity, &material.emissivity);
+        let residues = material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+        let residues = residues.flat_map(|residue| {
+            let own = of(&residue.conductivity, &residue.heat_capacity, &residue.emissivity);
+            let differing = own.into_iter().zip(&virgin).filter(|(own, virgin)| own.1.1 != virgin.1.1);
+            differing.map(|((property, (_, end_k)), _)| {
+                (format!("{property} of {}", residue.name), (f64::NEG_INFINITY, end_k))
+            })
+        });
+        let virgin = virgin.iter().map(|&(property, range_k)| (property.to_owned(), range_k));
+        let gas =
+            self.gas_tables(ply).into_iter().map(|(property, table)| (format!("{property} of gas"), table.range_k()));
+        virgin.chain(residues).chain(gas).collect()
+    }
+
+    /// The properties of the gas in a ply that affect a march: its enthalpy on its way to the hot face, and the others
+    /// where it follows Darcy's law.
+    pub(crate) fn gas_tables(&self, ply: usize) -> Vec<(&'static str, &Table)> {
+        let Some(flow) = &self.gas else { return Vec::new() };
+        let gas = &flow.gas;
+        let mut known = vec![("enthalpy", &gas.enthalpy)];
+        if flow.model == GasFlowModel::Darcy {
+            known.extend([("viscosity", &gas.viscosity), ("molar mass", &gas.molar_mass)]);
+        } else if !self.layup.plies[ply..].iter().any(Ply::decomposes) {
+            known.clear();
         }
         known
     }

@@ -120,7 +120,7 @@ pub struct TableEnd {
     /// Id of the material.
     pub material: String,
     /// The property.
-    pub property: &'static str,
+    pub property: String,
     /// End of its table, K.
     pub end_k: f64,
     /// Highest temperature met, K.

@@ -84,7 +84,7 @@ fn balance_failure((balance, residual, remedy): (&str, f64, &str)) -> Option<Str
 pub(crate) struct TableExcursion<'a> {
     pub(crate) ply: &'a Ply,
     pub(crate) is_above: bool,
-    pub(crate) property: &'static str,
+    pub(crate) property: String,
     /// End of its table, and the extreme temperature of the ply, K.
     pub(crate) bound_k: f64,
     pub(crate) extreme_k: f64,
@@ -100,6 +100,7 @@ impl<'a> TableExcursion<'a> {
             let Some((coldest_k, hottest_k)) = met else { continue };
             for (property, (low_k, high_k)) in case.table_ranges_k(index) {
                 if hottest_k > high_k + TABLE_MARGIN_K {
+                    let property = property.clone();
                     found.push(Self { ply, is_above: true, property, bound_k: high_k, extreme_k: hottest_k });
                 }
                 if coldest_k < low_k - TABLE_MARGIN_K {

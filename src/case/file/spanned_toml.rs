@@ -345,7 +345,7 @@ impl<'a> TableReader<'a> {
     }
 
     pub(super) fn optional(&self, key: &'static str) -> Option<ValueReader<'a>> {
-        self.requested_keys.borrow_mut().push(key);
+        self.allow_keys(&[key]);
         self.entries.iter().find(|entry| entry.key == key).map(|entry| entry.node.reader(self.diagnostics))
     }
 
@@ -383,6 +383,8 @@ impl<'a> TableReader<'a> {
 
     /// Keys that are read elsewhere: they are known.
     pub(super) fn allow_keys(&self, keys: &[&'static str]) {
+        #[cfg(test)]
+        requests::record(self.location, keys);
         self.requested_keys.borrow_mut().extend(keys);
     }
 
@@ -407,4 +409,48 @@ pub(super) fn collect_all<T>(reads: impl IntoIterator<Item = ReadResult<T>>) -> 
         }
     }
     faulty.map_or(Ok(values), Err)
+}
+
+/// The keys that the reader asks tables for.
+#[cfg(test)]
+pub(super) mod requests {
+    use super::{SourceLocation, SpannedValue, Value};
+    use std::cell::RefCell;
+    use std::collections::BTreeSet;
+
+    /// Position of a table and a key that was requested from it.
+    type Request = (SourceLocation, &'static str);
+
+    thread_local! {
+        static REQUESTS: RefCell<BTreeSet<Request>> = const { RefCell::new(BTreeSet::new()) };
+    }
+
+    pub(super) fn record(table: &SourceLocation, keys: &[&'static str]) {
+        REQUESTS.with_borrow_mut(|all| all.extend(keys.iter().map(|&key| (table.clone(), key))));
+    }
+
+    /// The requests of this thread since the last call.
+    pub(in crate::case::file) fn take() -> BTreeSet<Request> {
+        REQUESTS.take()
+    }
+
+    /// Position and path of every table of a document; entries of lists have their index as a name.
+    pub(in crate::case::file) fn tables(root: &SpannedValue) -> Vec<(SourceLocation, Vec<String>)> {
+        let mut found = Vec::new();
+        let mut open = vec![(Vec::new(), root)];
+        while let Some((path, node)) = open.pop() {
+            let child = |name: String| path.iter().cloned().chain([name]).collect::<Vec<_>>();
+            match &node.value {
+                Value::Table(entries) => {
+                    open.extend(entries.iter().map(|entry| (child(entry.key.clone()), &entry.node)));
+                    found.push((node.location.clone(), path));
+                }
+                Value::List(nodes) => {
+                    open.extend(nodes.iter().enumerate().map(|(index, node)| (child(index.to_string()), node)));
+                }
+                _ => {}
+            }
+        }
+        found
+    }
 }

@@ -3,6 +3,8 @@
 mod chosen_columns;
 mod correlation;
 mod imported;
+#[cfg(feature = "command")]
+mod keys;
 mod loggers;
 mod marks;
 mod named;

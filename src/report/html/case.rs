@@ -137,7 +137,13 @@ fn materials(case: &Case) -> String {
             });
             let decomposition = material.decomposition.as_ref().map(|decomposition| {
                 let (reactions, lost) = (decomposition.reactions.len(), decomposition.mass_loss());
-                let known = format!("{}, {} lost", format::counted(reactions, "reaction"), format::percent(lost));
+                let states: Vec<&str> = decomposition.residues.iter().map(|residue| residue.name.as_str()).collect();
+                let known = format!(
+                    "{} to {}, {} lost",
+                    format::counted(reactions, "reaction"),
+                    states.join(", then "),
+                    format::percent(lost)
+                );
                 ("decomposition", known, &decomposition.provenance)
             });
             let each = [
@@ -147,13 +153,19 @@ fn materials(case: &Case) -> String {
                 ("emissivity", range(material.emissivity.range_k()), &material.emissivity_provenance),
             ];
             let each = each.into_iter().chain(pores).chain(decomposition);
-            each.map(|(property, known, provenance)| provenance_row(material, property, known, provenance))
+            each.map(|(property, known, provenance)| provenance_row(&material.name, property, known, provenance))
                 .collect::<Vec<_>>()
         })
+        .chain(case.gas.as_ref().map(|flow| {
+            let (low_k, high_k) = flow.gas.enthalpy.range_k();
+            let known = format!("{} to {} K", format::grouped(low_k, 0), format::grouped(high_k, 0));
+            provenance_row(&flow.gas.name, "gas", known, &flow.gas.provenance)
+        }))
         .collect();
-    let notes: Vec<String> = (seen.iter())
-        .filter(|material| !material.note.is_empty())
-        .map(|material| format!("{}: {}", material.name, material.note))
+    let notes: Vec<String> = (seen.iter().map(|material| (&material.name, &material.note)))
+        .chain(case.gas.as_ref().map(|flow| (&flow.gas.name, &flow.gas.note)))
+        .filter(|(_, note)| !note.is_empty())
+        .map(|(name, note)| format!("{name}: {note}"))
         .collect();
     let origin = |material: &&Material| {
         let from = case.material_origin(material).map_or("values", |origin| origin);
@@ -166,7 +178,7 @@ fn materials(case: &Case) -> String {
         + &table("Files of the materials", &["Material", "Id", "From"], &origins)
 }
 
-fn provenance_row(material: &Material, property: &str, known: String, provenance: &Provenance) -> Vec<String> {
+fn provenance_row(name: &str, property: &str, known: String, provenance: &Provenance) -> Vec<String> {
     let mark = match provenance.source_kind {
         SourceKind::ReadInSource => "read in a public source",
         SourceKind::Remembered => "remembered, not verified",
@@ -176,7 +188,7 @@ fn provenance_row(material: &Material, property: &str, known: String, provenance
         SourceKind::NotStated => "provenance not stated",
     };
     vec![
-        material.name.clone(),
+        name.to_owned(),
         property.to_owned(),
         known,
         mark.to_owned(),
@@ -232,7 +244,7 @@ fn gas_flow(case: &Case, gas: &GasFlow) -> String {
         GasFlowModel::Darcy => "flows by Darcy's law with storage in the pores",
     };
     let (name, id) = (&gas.gas.name, &gas.gas.id);
-    let text = format!("{name} ({id}) {path}: {}", gas.gas.provenance.source);
+    let text = format!("{name} ({id}) {path}");
     if reacting.is_empty() { format!("{text}.") } else { format!("Decomposing: {}. {text}.", format::list(&reacting)) }
 }
 

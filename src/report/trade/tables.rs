@@ -159,7 +159,7 @@ fn table_ends(outcome: &Trade) -> String {
     }
     let row = |(end, layups): &(TableEnd, usize)| {
         let [end_k, met_k] = [end.end_k, end.met_k].map(|temperature_k| format::grouped(temperature_k, 0));
-        vec![end.material.clone(), end.property.to_owned(), end_k, met_k, format::count(*layups)]
+        vec![end.material.clone(), end.property.clone(), end_k, met_k, format::count(*layups)]
     };
     let rows: Vec<Vec<String>> = ends.iter().map(row).collect();
     let head = ["Material", "Property", "Table ends at, K", "Hottest, K", "Layups"];

@@ -226,7 +226,7 @@ impl LayupSizing {
 /// Temperatures above the end of a table up to this are ignored, K: over a few kelvin no property changes.
 const TABLE_MARGIN_K: f64 = 10.0;
 
-fn add_table_end(ends: &mut Vec<TableEnd>, material: &str, property: &'static str, end_k: f64, met_k: f64) {
+fn add_table_end(ends: &mut Vec<TableEnd>, material: &str, property: String, end_k: f64, met_k: f64) {
     if met_k <= end_k + TABLE_MARGIN_K {
         return;
     }
