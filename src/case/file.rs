@@ -287,7 +287,13 @@ fn read_case(top: &TableReader<'_>, references: &ReferenceResolver<'_>, id: Stri
     });
     let factors = factor::factors(top, scope);
     let correlation = factor::correlation(top, factors.as_deref().ok());
-    let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
+    let estimate = observation::estimate(
+        top,
+        factors.as_deref().ok(),
+        sensors.as_deref().ok(),
+        observations.as_deref().ok(),
+        duration_s,
+    );
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
     let resolution = resolution(top, plies, duration_s);
     top.deny_unknown_keys();

@@ -436,6 +436,7 @@ pub(super) fn estimate(
     case: &TableReader<'_>,
     factors: Option<&[Factor]>,
     sensors: Option<&[Sensor]>,
+    observations: Option<&[Observation]>,
     duration_s: ReadResult<f64>,
 ) -> ReadResult<EstimationSettings> {
     let Some(written) = case.optional("estimate") else {
@@ -445,8 +446,17 @@ pub(super) fn estimate(
     let names = |factors: &[Factor]| factors.iter().map(|factor| factor.name.clone()).collect();
     let chosen = indices_of_names(&section, "factors", factors.map(names));
     let names = |sensors: &[Sensor]| sensors.iter().map(|sensor| sensor.name.clone()).collect();
-    let seen = indices_of_names(&section, "sensors", sensors.map(names));
-    let window_s = section.optional("window").map(|written| window(written, duration_s)).transpose();
+    let used = indices_of_names(&section, "sensors", sensors.map(names));
+    let is_used = |seen: &Observation| used.as_ref().is_ok_and(|used| used.is_empty() || used.contains(&seen.sensor));
+    let mut read = observations.unwrap_or_default().iter().filter(|seen| is_used(seen)).peekable();
+    let all_have_own = read.peek().is_some() && read.all(|seen| seen.window_s.is_some());
+    let window_s = section.optional("window").map(|written| {
+        if all_have_own {
+            return Err(written.error("`window` applies to no sensor: every sensor of the estimate has its own"));
+        }
+        window(written, duration_s)
+    });
+    let window_s = window_s.transpose();
     let bounds = section.optional("bounds").map_or(Ok(Bounds::Small), bounds);
     let loss_function = section.optional("loss_function").map_or(Ok(LossFunction::default()), read_loss_function);
     let prior = section.optional("prior").map(self::bounds).transpose();
@@ -458,7 +468,7 @@ pub(super) fn estimate(
     };
     Ok(EstimationSettings {
         factors: chosen?,
-        sensors: seen?,
+        sensors: used?,
         window_s: window_s?,
         start: start?,
         bounds: bounds?,

@@ -241,6 +241,12 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         ":43:10:",
         "expected a window that begins before 100 s, the end of the exposure, found 200 s",
     ),
+    (
+        "[[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]",
+        "{ samples = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]], window = [\"0 s\", \"9 s\"] }",
+        ":43:10:",
+        "`window` applies to no sensor",
+    ),
     ("factors = [\"f_k\"]", "factors = [\"f_cp\"]", ":41:12:", "unknown factor \"f_cp\""),
     (
         "sensors = [\"TC2\"]",

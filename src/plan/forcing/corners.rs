@@ -149,7 +149,10 @@ mod tests {
         let starts_s: Vec<f64> = (0..300).map(|n| 137.3 + 287.1 * f64::from(n)).collect();
         let times_s: Vec<f64> = starts_s.iter().flat_map(|&at_s| [at_s, at_s, at_s + 0.2, at_s + 0.2]).collect();
         let pulses = Schedule { values: [0.0, 5e4, 5e4, 0.0].repeat(300), times_s };
-        assert_eq!(major_corners(&pulses, 86_400.0), pulses.times_s);
+        let mut found_s = major_corners(&pulses, 86_400.0);
+        found_s.dedup();
+        let are_ends = found_s.chunks(2).zip(&starts_s).all(|(pair, &start_s)| pair == [start_s, start_s + 0.2]);
+        assert!(found_s.len() == 600 && are_ends, "{} corners", found_s.len());
         let of_noise_s = major_corners(&noisy(1000, 2e3, |_| 2e5), 10.0);
         assert!(of_noise_s.len() < 60, "{} of 1,000 rows are major corners", of_noise_s.len());
     }

@@ -173,7 +173,7 @@ const ROWS: &[Row] = &[
     row(C, &["observations.*"], &["unit"], &["\"degR\""]),
     row(C, &["observations.*"], &["samples"], &["[[\"0 s\", \"300 K\"], [\"8 s\", \"390 K\"], [\"15 s\", \"420 K\"]]"]),
     row(C, &["estimate"], &["factors"], &["[\"f_k\"]"]),
-    row(C, &["estimate"], &["sensors"], &["[\"TC1\"]"]),
+    row(C, &["estimate"], &["sensors"], &["[\"TC2\"]"]),
     row(C, &["estimate"], &["window"], &["[\"3 s\", \"17 s\"]"]),
     row(C, &["estimate"], &["bounds"], &["\"small\"", "\"large\""]),
     row(C, &["estimate"], &["loss_function"], &["\"soft-l1=0.1\""]),

@@ -9,7 +9,7 @@ const SAMPLES: &str = r#"TC2 = [["0 s", "300 K"], ["10 s", "320 K"]]"#;
 fn observed(name: &str, table: &str, observations: &str) -> Vec<Observation> {
     let scratch = Scratch::new(name);
     scratch.write("m.csv", table);
-    let text = VALID_CASE.replacen(SAMPLES, observations, 1);
+    let text = VALID_CASE.replacen(SAMPLES, observations, 1).replacen("sensors = [\"TC2\"]\n", "", 1);
     Case::load(&scratch.write("case.toml", text)).unwrap_or_else(|error| panic!("{error}")).observations
 }
 
