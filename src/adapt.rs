@@ -443,7 +443,8 @@ fn refined_marches(
         || has_steep_emissivity(case).then(|| refined(plan.discretisation.with_divided_steps(STEPS_ALONE))).transpose();
     let (quartered, (base, (halved, divided))) =
         rayon::join(|| by(4), || rayon::join(|| trials.march(plan, members), || rayon::join(|| by(2), steps_alone)));
-    Ok(RefinedTraces { tolerance_k, base: base?, halved: halved?, quartered: quartered?, divided: divided? })
+    let is_steep = plan.rows.has_steep_conductivities;
+    Ok(RefinedTraces { tolerance_k, base: base?, halved: halved?, quartered: quartered?, divided: divided?, is_steep })
 }
 
 /// Whether the emissivity of a face rises or falls so steeply with temperature that it changes the emitted flux more

@@ -105,14 +105,16 @@ pub(crate) struct RefinedTraces {
     pub(super) halved: Traces,
     pub(super) quartered: Traces,
     pub(super) divided: Option<Traces>,
+    /// Whether a ply has a steep conductivity.
+    pub(super) is_steep: bool,
 }
 
 impl RefinedTraces {
     /// The largest errors over the members.
     pub(super) fn errors(&self) -> OutputErrors {
         let twofold = OutputErrors::twofold(&self.base, &self.halved, self.tolerance_k);
-        let fourfold =
-            OutputErrors::difference(&self.base, &self.quartered, self.tolerance_k).scaled(FOURFOLD_ERROR_RATIO);
+        let ratio = if self.is_steep { FIRST_ORDER_FOURFOLD_RATIO } else { FOURFOLD_ERROR_RATIO };
+        let fourfold = OutputErrors::difference(&self.base, &self.quartered, self.tolerance_k).scaled(ratio);
         let divided =
             self.divided.iter().map(|divided| OutputErrors::difference(&self.base, divided, self.tolerance_k));
         divided.fold(fourfold.max(&twofold), |largest, of_steps| largest.max(&of_steps))
@@ -189,6 +191,9 @@ impl ErrorEstimate {
 pub(super) const TWOFOLD_ERROR_RATIO: f64 = 4.0 / 3.0;
 /// Error per difference to four times the cells and steps, at second order.
 const FOURFOLD_ERROR_RATIO: f64 = 16.0 / 15.0;
+/// The same at first order: a jump of the conductivity that passes from cell to cell leaves errors whose phase differs
+/// from march to march.
+const FIRST_ORDER_FOURFOLD_RATIO: f64 = 4.0 / 3.0;
 /// Tolerance of the energy balance, relative to the heat moved.
 const BALANCE_TOLERANCE: f64 = 2e-4;
 /// Tolerance of gas flux, mass lost and pressure, relative to the peak.
