@@ -465,8 +465,7 @@ fn the_reported_error_of_short_pulses_covers_the_true_one() {
 #[test]
 fn steps_that_pass_over_pulses_give_their_heat() {
     let slab = Slab { thickness_m: 0.01, conductivity_w_m_k: 1.0 };
-    let pulses: Vec<(f64, f64, f64)> =
-        (0..600).map(|n| 6.6 * f64::from(n) + 13.7).map(|t| (t, t + 0.2, 1e4)).collect();
+    let pulses: Vec<(f64, f64, f64)> = (0..600).map(|n| 6.6 * f64::from(n) + 13.7).map(|t| (t, t + 0.2, 1e4)).collect();
     let case = slab.pulsed(4000.0, &pulses);
     let given_j_m2 = |coefficient: f64| {
         let pace = TimeStepControl { growth: StepGrowth::Graded { coefficient }, segments: Vec::new() };
