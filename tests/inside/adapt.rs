@@ -461,11 +461,12 @@ fn the_reported_error_of_short_pulses_covers_the_true_one() {
     assert!(covered >= RUNS - 1, "{covered} of {RUNS}");
 }
 
-/// Six hundred pulses of a few thousandths of a per cent of the run: too many corners of too small an effect to end on.
+/// 1,100 pulses of a few thousandths of a per cent of the run: too many corners of too small an effect to end on.
 #[test]
 fn steps_that_pass_over_pulses_give_their_heat() {
     let slab = Slab { thickness_m: 0.01, conductivity_w_m_k: 1.0 };
-    let pulses: Vec<(f64, f64, f64)> = (0..600).map(|n| 6.6 * f64::from(n) + 13.7).map(|t| (t, t + 0.2, 1e4)).collect();
+    let pulses: Vec<(f64, f64, f64)> =
+        (0..1100).map(|n| 3.6 * f64::from(n) + 13.7).map(|t| (t, t + 0.2, 1e4)).collect();
     let case = slab.pulsed(4000.0, &pulses);
     let given_j_m2 = |coefficient: f64| {
         let pace = TimeStepControl { growth: StepGrowth::Graded { coefficient }, segments: Vec::new() };
@@ -476,6 +477,6 @@ fn steps_that_pass_over_pulses_give_their_heat() {
     for coefficient in [0.5, 1.0, 3.0] {
         let (heat_j_m2, steps) = given_j_m2(coefficient);
         assert!(steps < 160, "{steps} steps end on the corners");
-        assert!((heat_j_m2 - 1.2e6).abs() < 1e-6 * 1.2e6, "{heat_j_m2} J/m² over {steps} steps");
+        assert!((heat_j_m2 - 2.2e6).abs() < 1e-6 * 2.2e6, "{heat_j_m2} J/m² over {steps} steps");
     }
 }
