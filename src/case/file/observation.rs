@@ -447,12 +447,11 @@ pub(super) fn estimate(
     let chosen = indices_of_names(&section, "factors", factors.map(names));
     let names = |sensors: &[Sensor]| sensors.iter().map(|sensor| sensor.name.clone()).collect();
     let used = indices_of_names(&section, "sensors", sensors.map(names));
-    let is_used = |seen: &Observation| used.as_ref().is_ok_and(|used| used.is_empty() || used.contains(&seen.sensor));
-    let mut read = observations.unwrap_or_default().iter().filter(|seen| is_used(seen)).peekable();
-    let all_have_own = read.peek().is_some() && read.all(|seen| seen.window_s.is_some());
+    let seen = observations.unwrap_or_default();
+    let all_have_own = !seen.is_empty() && seen.iter().all(|seen| seen.window_s.is_some());
     let window_s = section.optional("window").map(|written| {
         if all_have_own {
-            return Err(written.error("`window` applies to no sensor: every sensor of the estimate has its own"));
+            return Err(written.error("`window` applies to no sensor: every observed sensor has its own"));
         }
         window(written, duration_s)
     });
