@@ -260,9 +260,9 @@ hot_face = {{ kind = "heated", flux = "20 kW/m^2", emissivity = 0.8 }}
     let worst_k = |found_k: Vec<f64>| {
         found_k.iter().zip(KINK_K).map(|(found_k, expected_k)| (found_k - expected_k).abs()).fold(0.0, f64::max)
     };
-    let (adapted_k, claim_k) = read("resolution = { tolerance = \"0.1 K\" }");
+    let (adapted_k, claim_k) = read("resolution = { tolerance = \"0.2 K\" }");
     let error_k = worst_k(adapted_k);
-    assert!(error_k < claim_k && claim_k < 0.1, "{error_k} K, claim {claim_k} K");
+    assert!(error_k < claim_k && claim_k < 0.2, "{error_k} K, claim {claim_k} K");
     for cells in [40, 80, 160] {
         let error_k = worst_k(read(&format!("resolution = {{ cells = {cells} }}")).0);
         assert!(error_k < 3e-3, "{cells} cells: {error_k} K");
