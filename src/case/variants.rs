@@ -94,8 +94,8 @@ impl Case {
         virgin.chain(residues).chain(gas).collect()
     }
 
-    /// The properties of the gas in a ply that affect a march: its enthalpy on its way to the hot face, and the others
-    /// where it follows Darcy's law.
+    /// The properties of the gas in a ply that affect a march. Quasi-steady gas needs only its enthalpy, in the plies
+    /// that it crosses on its way to the hot face; Darcy's law needs all properties in all plies.
     pub(crate) fn gas_tables(&self, ply: usize) -> Vec<(&'static str, &Table)> {
         let Some(flow) = &self.gas else { return Vec::new() };
         let gas = &flow.gas;
