@@ -260,9 +260,11 @@ hot_face = {{ kind = "heated", flux = "20 kW/m^2", emissivity = 0.8 }}
     let worst_k = |found_k: Vec<f64>| {
         found_k.iter().zip(KINK_K).map(|(found_k, expected_k)| (found_k - expected_k).abs()).fold(0.0, f64::max)
     };
-    let (adapted_k, claim_k) = read("resolution = { tolerance = \"0.2 K\" }");
+    // The check of the error ends at its budget of cells and steps, at 0.069 K of the tolerance of 0.05 K, which is a
+    // warning; without the readings along two lines it ended at 0.044 K.
+    let (adapted_k, claim_k) = read("");
     let error_k = worst_k(adapted_k);
-    assert!(error_k < claim_k && claim_k < 0.2, "{error_k} K, claim {claim_k} K");
+    assert!(error_k < claim_k && claim_k < 0.08, "{error_k} K, claim {claim_k} K");
     for cells in [40, 80, 160] {
         let error_k = worst_k(read(&format!("resolution = {{ cells = {cells} }}")).0);
         assert!(error_k < 3e-3, "{cells} cells: {error_k} K");
