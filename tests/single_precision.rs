@@ -1,13 +1,15 @@
 //! Single against double precision where conduction is stiff: metal foils and films beside insulation.
 
-use crate::support::{SINGLE_K, max_difference_k};
+use crate::support::{SINGLE_K, case, max_difference_k};
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::richardson::march_extrapolated;
-use bondline::plan::Plan;
+use bondline::plan::{ErrorEstimate, Plan};
+use bondline::question::{Estimate, Size};
 use bondline::session::{BackendKind, Options, Session};
+use bondline::study::size::RequiredThickness;
 use bondline::traces::MemberStatus;
 use std::collections::BTreeMap;
 
@@ -28,7 +30,8 @@ fn layup(plies: &[(&str, f64)], contact_w_m2_k: f64) -> Case {
     let sensors: Vec<_> = (0..plies.len()).map(|ply| format!("{{ name = \"S{ply}\", below = \"P{ply}\" }}")).collect();
     let text = format!(
         "initial_temperature = \"300 K\"\nduration = \"300 s\"\ncontact_conductance = \"{contact_w_m2_k} W/m^2/K\"\n\
-         ply = [{}]\nsensor = [{}]\n[hot_face]\nkind = \"heated\"\nradiant_flux = \"50 kW/m^2\"\n",
+         ply = [{}]\nsensor = [{}]\n[hot_face]\nkind = \"heated\"\nradiant_flux = \"50 kW/m^2\"\n\
+         [[factor]]\nname = \"f_cp\"\nproperty = \"heat_capacity\"\ngroup = \"P1\"\nsmall = [0.95, 1.05]\nlarge = [0.9, 1.1]\n",
         rows.join(", "),
         sensors.join(", ")
     );
@@ -101,4 +104,51 @@ fn a_device_marches_in_f64_where_f32_does_not_meet_the_tolerance() {
         let is_said = answers.run.remarks.iter().any(|remark| remark.starts_with("Marched in f64: rounding in f32"));
         assert_eq!(is_said, expected == "f64", "{:?}", answers.run.remarks);
     }
+}
+
+fn session(case: Case, precision: Precision) -> Session {
+    let options = Options::default().backend(BackendKind::Cpu).precision(precision);
+    Session::open(case, &options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The error of an answer, which includes its rounding if that of f32.
+fn stated_k(estimate: Option<&ErrorEstimate>, precision: Precision) -> f64 {
+    let estimate = estimate.expect("adapted cells");
+    assert_eq!(estimate.rounding.is_some(), precision == Precision::F32, "{precision:?}");
+    estimate.nominal_k
+}
+
+#[test]
+fn an_estimate_in_f32_is_within_its_error_of_f64_at_the_same_factors() {
+    let case = case("twin-tc3");
+    let found = session(case.clone(), Precision::F32).estimate(&Estimate::default()).expect("an estimate");
+    let after = &found.fitted[0].after;
+    let single_k = stated_k(after.error_estimate.as_ref(), Precision::F32);
+    let mut other = session(case.clone(), Precision::F64);
+    let nominal = other.predict().expect("the processor marches");
+    let double_k = stated_k(nominal.error_estimate.as_ref(), Precision::F64);
+    let mut values: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
+    for (estimand, &value) in found.factors.iter().zip(&found.values) {
+        values[estimand.factor_indices[0].expect("a factor of the case")] = value;
+    }
+    let there = Ensemble::from_values(values.len(), values);
+    let double = other.march(&there).expect("the processor marches");
+    let pairs = after.temperatures_k.iter().flatten().zip(&double.temperatures_k);
+    let difference_k = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+    assert!(difference_k > 0.0 && difference_k < single_k + double_k, "{difference_k} K, {single_k}, {double_k}");
+}
+
+/// A layup of a foil that is far thicker when sized than in the case.
+#[test]
+fn a_thickness_sized_in_f32_holds_the_limit_in_f64_within_both_errors() {
+    const LIMIT_K: f64 = 400.0;
+    let foil = |felt_mm: f64| layup(&[("cloth", 0.5), ("felt", felt_mm), ("aluminium", 0.025)], 1e6);
+    let question = Size { members: 400, ..Size::new("P1", "S2", LIMIT_K) };
+    let sized = session(foil(6.0), Precision::F32).size(&question).expect("a thickness");
+    let single_k = stated_k(sized.error_estimate.as_ref(), Precision::F32);
+    let RequiredThickness::At(thickness_m) = sized.nominal else { panic!("{:?}", sized.nominal) };
+    let there = session(foil(thickness_m * 1e3), Precision::F64).predict().expect("the processor marches");
+    let double_k = stated_k(there.error_estimate.as_ref(), Precision::F64);
+    let above_k = there.peaks[2].temperature_k - LIMIT_K;
+    assert!(above_k.abs() < single_k + double_k, "{above_k} K, {single_k}, {double_k} at {thickness_m} m");
 }
