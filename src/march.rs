@@ -113,7 +113,7 @@ pub enum MarchError {
         message: String,
     },
     /// The device has too little free memory, also for one member.
-    #[error("device {device:?} is out of memory: close other programs that use it, or use --backend cpu")]
+    #[error("device {device:?} is out of memory: close other programs that use it, or use the backend \"cpu\"")]
     OutOfMemory {
         /// Name of the device.
         device: String,

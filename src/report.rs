@@ -52,7 +52,7 @@ use std::time::Instant;
 #[non_exhaustive]
 pub enum ReportError {
     /// The folder holds the report of another case.
-    #[error("{path:?} holds the case {found:?}, not {expected:?}; choose another --out or give --force")]
+    #[error("{path:?} holds the case {found:?}, not {expected:?}; choose another folder, or force its replacement")]
     OtherCase {
         /// The folder.
         path: PathBuf,
@@ -68,7 +68,7 @@ pub enum ReportError {
         path: PathBuf,
     },
     /// Another process writes the folder, or the same file of it.
-    #[error("{path:?} is being written by {}; wait until it ends, or choose another --out", holder_text(holder))]
+    #[error("{path:?} is being written by {}; wait until it ends, or choose another folder", holder_text(holder))]
     Locked {
         /// The folder or file.
         path: PathBuf,

@@ -153,7 +153,7 @@ fn of_two_heating_quantities_the_selected_one_is_estimated_and_without_a_selecti
     let case = observed(both(&own), both(&truth), 1.0, 1);
     let requested = |sought| History { quantity: sought, knots: Some(8), ..History::default() };
     let fault = invert_flux(&case, &mut march(), &requested(None)).expect_err("two sources");
-    assert!(fault.to_string().contains("give --quantity flux or --quantity radiant-flux"), "{fault}");
+    assert!(fault.to_string().contains("choose the quantity flux or radiant-flux"), "{fault}");
     let found = invert_flux(&case, &mut march(), &requested(Some(HeatingQuantity::Flux))).expect("a history");
     is_recovered(&found, HeatingQuantity::Flux, &truth);
     let fault = invert_flux(&case, &mut march(), &requested(Some(HeatingQuantity::Gas))).expect_err("no film");

@@ -24,6 +24,7 @@ mod json_serialisation; // cases and answers as JSON, and the fingerprint of a c
 mod landscape; // maps of the objective against minimisations of it
 mod margins; // margins to temperature limits: exact solutions, exact distributions, the command
 mod measured_schedules; // schedules of thousands of noisy rows: cost and accuracy
+mod messages; // messages of the library name no option of the command line
 mod one_ply; // one ply at the ends of what inputs may say: rates, bounds, emissivity, readings, exit codes
 mod output_instants; // sample times between output instants
 #[cfg(unix)]

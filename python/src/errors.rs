@@ -26,7 +26,11 @@ pub(crate) fn session_error(error: &SessionError) -> PyErr {
     }
 }
 
-/// The exception of an option.
+/// The exception of an option, with the keyword of the method in place of the name of the option.
 pub(crate) fn input_error(error: &InputError) -> PyErr {
-    OptionError::new_err(error.to_string())
+    let keyword = match error.option.as_deref() {
+        Some("members" | "study") => "n",
+        option => option.unwrap_or_default(),
+    };
+    OptionError::new_err(format!("{keyword}{}", error.message))
 }

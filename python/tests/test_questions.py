@@ -86,7 +86,7 @@ ALL = [(name, option) for name in QUESTIONS for option in _bondline.options_of(n
 
 def answer(case: bondline.Case, name: str, options: dict[str, Any]) -> dict[str, Any]:
     """All numbers of an answer, without what differs from run to run."""
-    answers, _ = case._core.ask(name, question({}, options), case._session)
+    answers, _ = case._core.ask(name, question(name, {}, options), case._session)
     return {key: value for key, value in answers.record().items() if key not in {"timing", "run"}}
 
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub struct SourceLocation {
-    /// A file as the user named it, an override such as `--set pressure=3 kPa`, or the path of a field of a
+    /// A file as the user named it, an override such as `pressure=3 kPa`, or the path of a field of a
     /// [`CaseBuilder`](super::CaseBuilder) such as `layup.plies[2].thickness_m`.
     pub file: Arc<str>,
     /// A sheet of a workbook.

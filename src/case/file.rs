@@ -226,7 +226,7 @@ fn apply_override<'a>(
     paths: &mut Vec<Vec<&'a str>>,
     diagnostics: &Diagnostics,
 ) -> ReadResult<()> {
-    let shown = format!("--set {name}={value}");
+    let shown = format!("{name}={value}");
     let location = SourceLocation::without_line(shown.as_str());
     let mut path: Vec<&str> = name.split('.').collect();
     let factors = root.get("factor").map_or(&[][..], SpannedValue::items);

@@ -5,7 +5,7 @@ use crate::command::args::{CaseArgs, KeepArg, ResumeArgs};
 use crate::command::design::write_design;
 use crate::command::exit::{Failure, Output, input};
 use crate::command::member_output::MemberOutput;
-use crate::command::run::{Run, load, print_notes, too_many_failed};
+use crate::command::run::{Run, load, load_with, print_notes, too_many_failed};
 use crate::command::terminal::print_error;
 use crate::kept_work::sweep_piece::fingerprint;
 use crate::march::Backend;
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &CaseArgs, question: impl Into<Question>, extras: &Extra
 pub(crate) fn checked(args: &CaseArgs, mut question: Question) -> Result<(Case, Question), Failure> {
     let (case, overrides) = (load(&args.case, &args.march)?, args.march.overrides()?);
     question.read_cases(|path| {
-        let other = Case::load_with(path, &overrides)?;
+        let other = load_with(path, &overrides)?;
         if !args.march.quiet {
             print_notes(&other);
         }

@@ -69,9 +69,9 @@ impl From<MarchError> for Failure {
 impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
         match error {
-            ReportError::OtherCase { .. } | ReportError::NotAFolder { .. } | ReportError::Locked { .. } => {
-                Self::Input(error.into())
-            }
+            ReportError::OtherCase { .. } => input(format!("{error} (--out, --force)")),
+            ReportError::Locked { .. } => input(format!("{error} (--out)")),
+            ReportError::NotAFolder { .. } => Self::Input(error.into()),
             other => Self::Report(other.into()),
         }
     }

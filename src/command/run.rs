@@ -1,6 +1,6 @@
 //! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
-use crate::case::Case;
+use crate::case::{Case, CaseError, SourceLocation};
 use crate::command::args::{CaseArgs, MarchArgs, ResumeArgs};
 use crate::command::exit::{Failure, Output, input, unusable_folder};
 use crate::command::progress::MarchProgress;
@@ -147,16 +147,35 @@ pub(crate) fn too_many_failed(
 
 /// The case, with the changes by `--set`.
 pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
-    let case = Case::load_with(path, &march.overrides()?)?;
+    let case = load_with(path, &march.overrides()?)?;
     if !march.quiet {
         print_notes(&case);
     }
     Ok(case)
 }
 
+/// The case with these changes, whose errors name the option `--set`.
+pub(crate) fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Case, CaseError> {
+    Case::load_with(path, overrides).map_err(|mut error| {
+        for diagnostic in &mut error.diagnostics {
+            name_option(&mut diagnostic.location, overrides);
+        }
+        error
+    })
+}
+
+/// Name the option in the location of a change.
+fn name_option(location: &mut SourceLocation, overrides: &[(String, String)]) {
+    if overrides.iter().any(|(name, value)| *location.file == *format!("{name}={value}")) {
+        location.file = format!("--set {}", location.file).into();
+    }
+}
+
 /// Print what was not read of a case, and old names in its files.
 pub(crate) fn print_notes(case: &Case) {
     for note in case.unread_data() {
+        let mut note = note.clone();
+        name_option(&mut note.location, case.overrides());
         print_error(&format!("note: {note}"));
     }
 }

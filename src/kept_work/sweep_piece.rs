@@ -204,7 +204,7 @@ impl Piece {
         let bytes = read_file(path, &PIECE_FILE_MIB).map_err(|error| fault(unreadable_file_message(&error)))?;
         let file = InputFile::new(path.display().to_string(), &bytes);
         let text = String::from_utf8(bytes).map_err(|error| fault(format!("expected UTF-8: {error}")))?;
-        let invalid = |reason: String| fault(format!("not a piece file of `uncertainty --members`: {reason}"));
+        let invalid = |reason: String| fault(format!("not a file of a part of a sweep: {reason}"));
         Ok((Self::from_json(&text).map_err(invalid)?, file))
     }
 

@@ -87,7 +87,7 @@ impl Gpu {
     /// When error-free transformations fail, or the device does not support f64.
     pub fn new(mut device: Device, precision: Precision) -> Result<Self, MarchError> {
         if precision == Precision::F64 && !device.has_f64 {
-            return Err(device.error("does not support 64-bit floats in shaders; use --precision f32"));
+            return Err(device.error("does not support 64-bit floats in shaders; use the precision \"f32\""));
         }
         let rounding = device.adopt_rounding(precision)?;
         if rounding.sums > 0 {

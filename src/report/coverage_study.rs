@@ -194,8 +194,8 @@ pub(super) fn estimates_table<'a>() -> Table<EstimateRow<'a>> {
     }
     Table::<EstimateRow<'a>>::new(
         &["coverage.csv"],
-        "One row per synthetic data set and factor (`twin --study`). The last four columns are empty where the fit \
-         failed.",
+        "One row per synthetic data set and factor of a coverage study. The last four columns are empty where the \
+         fit failed.",
     )
     .number("data_set", "–", "Index of the data set.", |row| row.0 as f64)
     .text("factor", "Factor.", |row| row.1.to_owned())

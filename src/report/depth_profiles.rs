@@ -316,9 +316,8 @@ pub(super) struct ProfileRow<'a> {
 pub(super) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
     Table::<ProfileRow<'a>>::new(
         &["depth-profiles.csv"],
-        "Temperatures through the thickness, one row per profile and depth (`--depth-profiles` of `predict`, \
-         `uncertainty`, `study`). The depths are cell faces and nodes; an interface has two rows, one for \
-         each side. The \
+        "Temperatures through the thickness, one row per profile and depth (depth profiles of a prediction, a \
+         sweep or a study). The depths are cell faces and nodes; an interface has two rows, one for each side. The \
          percentiles exist with a sweep, over its first 1,000 members at most.",
     )
     .text("profile", "`instant`, or `maximum`: the highest temperature over the whole exposure at each depth.", |row| {
@@ -365,8 +364,7 @@ pub(super) fn states_table<'a>() -> Table<StateRow<'a>> {
     Table::<StateRow<'a>>::new(
         &["state-profiles.csv"],
         "Density, char fraction and gas pressure through the thickness, one row per instant and cell, at nominal \
-         factors \
-         (`--depth-profiles`, where plies decompose or gas moves). The values are those of the finer grid, without \
+         factors (depth profiles, where plies decompose or gas moves). The values are those of the finer grid, without \
          extrapolation, computed on the processor.",
     )
     .number("time_s", "s", "Time.", |row| row.0.instants_s[row.2])

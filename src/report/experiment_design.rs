@@ -56,7 +56,7 @@ impl Reportable for ExperimentDesign {
             warnings.push(
                 "White noise is assumed, as no correlation time is stated and the case has no observations: expected \
                  standard errors fall with the root of the number of samples, which those of correlated noise do not. \
-                 State --correlation-time."
+                 State a correlation time."
                     .to_owned(),
             );
         }

@@ -215,8 +215,8 @@ fn history_warnings(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
     if outcome.exceeds_stated_noise() {
         warnings.push(format!(
             "No heating history fits the data within their noise (residuals of {} stated standard deviations): the \
-             noise is larger than stated (--set observations.sigma=...), or the model is incomplete and the estimated \
-             heating compensates for it.",
+             noise is larger than stated (`observations.sigma` of the case), or the model is incomplete and the \
+             estimated heating compensates for it.",
             format::significant(outcome.weighted_rms, 3)
         ));
     }

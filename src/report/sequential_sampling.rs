@@ -20,9 +20,8 @@ use serde::Serialize;
 pub(super) fn looks_table<'a>() -> Table<&'a Look> {
     Table::<&'a Look>::new(
         &["looks.csv"],
-        "One row per look at the interval (`uncertainty --until`). Ends of the interval are empty where there are \
-         too few \
-         members.",
+        "One row per look at the interval of the percentile or probability for which members are drawn. Ends of the \
+         interval are empty where there are too few members.",
     )
     .number("members", "–", "Members drawn.", |look| look.members as f64)
     .number("estimate", "K or –", "Percentile or probability.", |look| look.estimate)

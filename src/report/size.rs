@@ -241,7 +241,7 @@ fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
         };
         warnings.push(format!(
             "{part} peaks at the end of the run ({}), so the true peak may be higher: {consequence}. Extend the run \
-             (--set duration=...).",
+             (`duration` of the case).",
             format::seconds(answers.case.exposure.duration_s)
         ));
     }

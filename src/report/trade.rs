@@ -246,13 +246,17 @@ fn warnings(answers: &Answers, outcome: &Trade) -> Vec<String> {
             ));
         }
         if let Some(exposure) = layup.not_cooled {
-            warnings.push(format!(
-                "{}: {} is not cooled by a thicker {} under {}, so that it has no rank.",
-                name(outcome, layup),
-                outcome.request.requirement.part.name(&answers.case.layup, &answers.case.sensors),
-                outcome.request.requirement.ply,
-                outcome.exposures[exposure]
-            ));
+            let (ply, exposure) = (&outcome.request.requirement.ply, &outcome.exposures[exposure]);
+            let reason = match &layup.failed_at_largest {
+                Some(reason) => {
+                    format!("the nominal march failed with the largest thickness of {ply} under {exposure} ({reason})")
+                }
+                None => {
+                    let part = outcome.request.requirement.part.name(&answers.case.layup, &answers.case.sensors);
+                    format!("{part} is not cooled by a thicker {ply} under {exposure}")
+                }
+            };
+            warnings.push(format!("{}: {reason}, so that it has no rank.", name(outcome, layup)));
         }
     }
     for layup in &outcome.layups {
@@ -263,7 +267,7 @@ fn warnings(answers: &Answers, outcome: &Trade) -> Vec<String> {
     if warming > 0 {
         warnings.push(format!(
             "{} {} at the end of the run, so that true peaks may be higher and thicknesses too small: extend the run \
-             (--set duration=...).",
+             (`duration` of the case).",
             format::counted(warming, "layup"),
             if warming == 1 { "peaks" } else { "peak" }
         ));
@@ -272,7 +276,7 @@ fn warnings(answers: &Answers, outcome: &Trade) -> Vec<String> {
         outcome.ranked().iter().filter(|layup| matches!(layup.required, RequiredThickness::AtMost(_))).count();
     if thinnest > 0 {
         warnings.push(format!(
-            "{} {} the limit with the smallest thickness allowed, and may be lighter: allow less (--thickness-range).",
+            "{} {} the limit with the smallest thickness allowed, and may be lighter: widen the thickness range.",
             format::counted(thinnest, "layup"),
             if thinnest == 1 { "holds" } else { "hold" }
         ));

@@ -66,7 +66,19 @@ macro_rules! from_study {
     };
 }
 
-from_study!(DesignError, EstimateError, InversionError, PosteriorError, SizeError);
+from_study!(DesignError, EstimateError, PosteriorError, SizeError);
+
+impl From<InversionError> for SessionError {
+    fn from(error: InversionError) -> Self {
+        match error {
+            InversionError::March(error) => error.into(),
+            InversionError::AmbiguousQuantity { .. } | InversionError::QuantityMissing { .. } => {
+                InputError::for_option("quantity", format!(": {error}")).into()
+            }
+            other => InputError::general(other).into(),
+        }
+    }
+}
 
 impl From<SyntheticDataError> for SessionError {
     fn from(error: SyntheticDataError) -> Self {

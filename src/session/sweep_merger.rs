@@ -224,7 +224,7 @@ fn damaged_part(name: &str) -> SessionError {
 fn other_case(name: &str, case: &Case, part: &Piece) -> SessionError {
     input_error(format!(
         "{name}: the case {:?} at {} is not the case of this file (fingerprint {}, expected {}): it has changed since, \
-         or --case names another",
+         or the merge was given another one",
         case.id,
         case.input_files().first().map_or("", |file| file.path.as_str()),
         fingerprint(case),

@@ -141,8 +141,8 @@ pub enum InversionError {
     },
     /// The case has several heating quantities, and none is selected.
     #[error(
-        "{case:?} has a {first} and a {second}, which the data cannot separate: give --quantity {first} or \
-         --quantity {second}; the other stays as the case states it"
+        "{case:?} has a {first} and a {second}, which the data cannot separate: choose the quantity {first} or \
+         {second}; the other stays as the case states it"
     )]
     AmbiguousQuantity {
         /// The case.
@@ -153,7 +153,7 @@ pub enum InversionError {
         second: &'static str,
     },
     /// The case lacks the selected quantity.
-    #[error("--quantity {quantity}: {case:?} has none: {reason}")]
+    #[error("{case:?} has no quantity {quantity} to estimate: {reason}")]
     QuantityMissing {
         /// The case.
         case: String,

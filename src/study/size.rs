@@ -175,6 +175,16 @@ pub enum SizeError {
         /// The peak there, K.
         thick_k: f64,
     },
+    /// The nominal march failed at the largest thickness, so that nothing is known of its effect.
+    #[error("the march at nominal factors failed with {ply} of {thick_mm} mm, the largest thickness allowed: {reason}")]
+    FailedAtLargest {
+        /// The ply.
+        ply: String,
+        /// The largest thickness, mm.
+        thick_mm: f64,
+        /// Why it failed.
+        reason: String,
+    },
     /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
@@ -235,7 +245,7 @@ pub(crate) fn size_from(
     let (NominalSizing { within_m, curve, required: nominal, .. }, found) = loop {
         let mut trial = ThicknessMarch { scalable: &scalable, plan: &plan, march, log, marches: 0 };
         let sizing = size_nominally(&mut trial, demand)?;
-        check_cooled(case, demand, &sizing.curve)?;
+        check_cooled(case, demand, &sizing)?;
         let starts = vec![SearchStart { within_m: sizing.within_m, first_m: sizing.first_m }; members];
         let found = trial.required_thicknesses(&starts, &sizing.curve, |member| drawn.member(member))?;
         marches += trial.marches;
@@ -326,6 +336,8 @@ pub(in crate::study) struct NominalSizing {
     pub within_m: (f64, f64),
     /// Peak at thicknesses between them, thinnest first.
     pub curve: Vec<(f64, Peak)>,
+    /// Why the march failed at the largest thickness; `None` where it completed.
+    pub failed_at_largest: Option<String>,
     /// The thickness that nominal factors require.
     pub required: RequiredThickness,
     /// Where the search of other members begins, m.
@@ -341,12 +353,13 @@ pub(in crate::study) fn size_nominally(
     let within_m = demand.thickness_range_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
     let nominal_row = trial.scalable.nominal_factors();
     let thicknesses_m = thickness_grid(within_m);
-    let curve = trial.peaks(thicknesses_m.iter().map(|&thickness_m| (nominal_row.clone(), thickness_m)))?;
+    let mut curve = trial.peaks(thicknesses_m.iter().map(|&thickness_m| (nominal_row.clone(), thickness_m)))?;
+    let failed_at_largest = curve.last_mut().and_then(|met| met.failed.take());
     let curve: Vec<(f64, Peak)> = thicknesses_m.iter().copied().zip(curve.into_iter().map(|met| met.peak)).collect();
     let first_m = guess_thickness_m(&curve, curve[0].0, curve[0].1.temperature_k - demand.limit_k);
     let starts = [SearchStart { within_m, first_m }];
     let required = trial.required_thicknesses(&starts, &curve, |_| nominal_row.clone())?.required[0];
-    Ok(NominalSizing { within_m, curve, required, first_m: required.found_m().unwrap_or(first_m) })
+    Ok(NominalSizing { within_m, curve, failed_at_largest, required, first_m: required.found_m().unwrap_or(first_m) })
 }
 
 impl Sizing {
@@ -411,14 +424,18 @@ pub(in crate::study) fn is_cooled(curve: &[(f64, Peak)]) -> bool {
     !thin_k.is_finite() || thick_k <= thin_k - MIN_COOLING_K
 }
 
-fn check_cooled(case: &Case, demand: &SizingRequirement, curve: &[(f64, Peak)]) -> Result<(), SizeError> {
-    if is_cooled(curve) {
+fn check_cooled(case: &Case, demand: &SizingRequirement, sizing: &NominalSizing) -> Result<(), SizeError> {
+    if is_cooled(&sizing.curve) {
         return Ok(());
     }
-    let [(thin_m, thin), .., (thick_m, thick)] = curve else { return Ok(()) };
+    let [(thin_m, thin), .., (thick_m, thick)] = &sizing.curve[..] else { return Ok(()) };
     let (thin_k, thick_k) = (thin.temperature_k, thick.temperature_k);
     // Rounded to 0.1 µm.
     let mm = |length_m: f64| (1e7 * length_m).round() / 1e4;
+    if let Some(reason) = &sizing.failed_at_largest {
+        let (ply, reason) = (demand.ply.clone(), reason.clone());
+        return Err(SizeError::FailedAtLargest { ply, thick_mm: mm(*thick_m), reason });
+    }
     Err(SizeError::NotCooled {
         part: demand.part.name(&case.layup, &case.sensors),
         ply: demand.ply.clone(),

@@ -96,6 +96,9 @@ pub struct SizedLayup {
     pub failures: Vec<Failure>,
     /// The exposure, by its index, with a nominal peak above the limit that a thicker ply does not lower.
     pub not_cooled: Option<usize>,
+    /// Why the nominal march under that exposure failed at the largest thickness, so that nothing is known of the
+    /// effect of a thicker ply; `None` where it completed.
+    pub failed_at_largest: Option<String>,
     /// Highest nominal peak of all exposures at the largest thickness, K.
     pub thickest_peak_k: f64,
     /// Whether the part is hottest at the end of a run at the required thickness, so that its true peak may be later

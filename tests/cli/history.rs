@@ -99,12 +99,13 @@ fn a_case_without_the_quantity_or_with_too_few_samples_is_refused() {
     refused("history held", &["held", "held at a temperature", "kind = \"heated\""]);
     refused("history c", &["knot values cannot be estimated from 4 samples"]);
     refused("history c --window 11:19", &["no samples between 11 s and 19 s"]);
-    refused("history c --knots 1 --quantity gas", &["--quantity gas", "the hot face has no film"]);
+    let no_film = "\"c\" has no quantity gas to estimate: the hot face has no film";
+    refused("history c --knots 1 --quantity gas", &["--quantity: ", no_film]);
     refused("history c --knots 1 --quantity heat", &["'heat' for '--quantity <QUANTITY>'", "flux, radiant-flux, gas"]);
     scratch.write("two/case.toml", case.replace(FLUX, &format!("{FLUX}\nradiant_flux = \"1 W/cm^2\"")));
     refused(
         "history two --knots 1",
-        &["two", "a flux and a radiant-flux", "--quantity flux or --quantity radiant-flux"],
+        &["two", "a flux and a radiant-flux", "--quantity: ", "choose the quantity flux or radiant-flux"],
     );
     refused("history c --knots 1 --smoothing soft", &["'soft' for '--smoothing <SMOOTHING>'", "invalid float"]);
     refused("history c --knots 1 --bounds small", &["--bounds", "no factor"]);

@@ -80,7 +80,7 @@ fn cases_that_cannot_be_fitted_together_are_refused_with_the_reason() {
     scratch.write("d/case.toml", text.replace("f_k", "f_other"));
     scratch.write("e/case.toml", CASE);
     for (line, message) in [
-        ("estimate a b", "\"b\" has another loss or prior than \"a\"; give --loss and --prior for all"),
+        ("estimate a b", "\"b\" has another loss or prior than \"a\"; state one loss and one prior for all cases"),
         ("estimate a c", "factor \"f_k\": the bounds of the cases do not overlap; the highest lower bound is 1.4"),
         (
             "estimate a d --factors f_k",

@@ -111,7 +111,7 @@ fn parts_are_merged_with_the_same_case_in_another_folder() {
     scratch.write("moved/case.toml", CASE.replacen("3 mm", "4 mm", 1));
     run(&scratch, &format!("merge {files} --case moved --out merged"))
         .exited_with(2)
-        .with_stderr(&["is not the case of this file", "--case names another"]);
+        .with_stderr(&["is not the case of this file", "or the merge was given another one"]);
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn files_that_are_not_all_parts_of_one_sweep_are_refused_and_nothing_is_written(
         (vec![p(0, 20), other("-n 60 --precision f32", "f32.json")], "their backends differ, cpu f32 and cpu f64"),
         (vec![p(0, 20), other("-n 60 --set pressure=1kPa", "set.json")], "their cases differ, c ("),
         (vec![p(0, 20), "old.json".to_owned()], "written by bondline 0.0.9, expected"),
-        (vec!["c/case.toml".to_owned()], "c/case.toml\": not a piece file of `uncertainty --members`"),
+        (vec!["c/case.toml".to_owned()], "c/case.toml\": not a file of a part of a sweep"),
         (vec!["p/none.json".to_owned()], "p/none.json\": no such file"),
     ];
     let given = scratch.files().len();

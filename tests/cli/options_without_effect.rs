@@ -29,11 +29,11 @@ fn an_option_without_effect_is_refused() {
         ("study unseen --loss huber", "--loss: nothing is estimated: the case has no observations"),
         (
             "study unasked --profile f_k",
-            "--profile: nothing is estimated: select some of the factors f_k, f_q with --factors or in [estimate]",
+            "--profile: nothing is estimated: select some of the factors f_k, f_q with the option factors or in",
         ),
         (
             "estimate unasked",
-            "no factor to estimate: select some of the factors f_k, f_q with --factors or in [estimate]",
+            "no factor to estimate: select some of the factors f_k, f_q with the option factors or in [estimate]",
         ),
         ("estimate unasked unasked-too", "no factor to estimate: select some of the factors f_k, f_q with"),
         ("estimate c --sensors TC1,TC2", no_samples),

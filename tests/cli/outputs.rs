@@ -34,7 +34,7 @@ fn a_second_writer_of_one_folder_is_refused_and_a_killed_one_leaves_nothing_afte
     let is_locked = || fs::read_to_string(&lock).is_ok_and(|holder| holder.ends_with('\n'));
     wait_until("lock", is_locked);
     let holder = format!("\"one\" is being written by process {} on ", first.id());
-    run(&scratch, short).exited_with(2).with_stderr(&[&holder, " since 20", "choose another --out"]);
+    run(&scratch, short).exited_with(2).with_stderr(&[&holder, " since 20", "choose another folder (--out)"]);
     run(&scratch, "uncertainty c -n 20 --members 0..5 --out one").exited_with(2).with_stderr(&[&holder]);
     let is_staged = |path: &PathBuf| path.to_string_lossy().ends_with(".partial");
     wait_until("temporary file", || scratch.files().iter().any(is_staged));

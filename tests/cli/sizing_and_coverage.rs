@@ -115,3 +115,45 @@ fn a_coverage_study_is_the_same_on_any_number_of_threads_and_lists_every_data_se
     );
     assert!(scratch.read("one/report.html").contains("<section id=\"coverage\">"));
 }
+
+/// A thicker ply keeps the heat in the one before it, whose tables end: the peak at the largest thickness is unknown.
+#[test]
+fn a_march_that_fails_at_the_largest_thickness_gives_its_own_reason() {
+    let scratch = Scratch::new("fails-thick");
+    let table = "temperatures_k = [250, 1070]\nvalues = [1000, 1100]\nunit = \"J/kg/K\"\noutside = \"error\"\n";
+    let short = format!(
+        "name = \"Short\"\n[density]\nvalue = \"170 kg/m^3\"\n[heat_capacity]\n{table}[conductivity]\n\
+         value = \"0.3 W/m/K\"\n[emissivity]\nvalue = 0.9\n"
+    );
+    scratch.write("c/materials/short.toml", &short);
+    let long = short.replace("\"Short\"", "\"Long\"").replace("\"error\"", "\"clamp\"").replace("0.3 W", "0.03 W");
+    scratch.write("c/materials/long.toml", &long);
+    let ply = |name: &str, material: &str, thickness: &str| {
+        format!("[[ply]]\nname = \"{name}\"\nmaterial = \"{material}\"\nthickness = \"{thickness}\"\n")
+    };
+    scratch.write(
+        "c/case.toml",
+        format!(
+            "initial_temperature = \"300 K\"\nduration = \"300 s\"\n{}{}[[sensor]]\nname = \"TC1\"\nbelow = \"TOP\"\n\
+             [hot_face]\nkind = \"heated\"\nflux = \"8 kW/m^2\"\nemissivity = 0\n[back_face]\nkind = \"held\"\n\
+             temperature = \"300 K\"\n[[factor]]\nname = \"f_q\"\nproperty = \"heating\"\nsmall = [0.95, 1.05]\n",
+            ply("TOP", "short", "1 mm"),
+            ply("BASE", "long", "1.6 mm")
+        ),
+    );
+    let reason = "ply \"TOP\" left the temperature range of the tables of short, which forbid extrapolation";
+    let thickest = "the march at nominal factors failed with BASE of 6.4 mm, the largest thickness allowed: ";
+    run(&scratch, "size c --ply BASE --limit TC1<600K --probability 0.9 -n 40")
+        .exited_with(2)
+        .with_stderr(&[thickest, reason]);
+    let traded =
+        run(&scratch, "trade c --ply BASE=long --size BASE --limit TC1<600K --probability 0.9 -n 40 --out traded");
+    traded.succeeded();
+    let failed = format!("the nominal march failed with the largest thickness of BASE under c ({reason})");
+    let page = scratch.read("traded/report.html").replace("&quot;", "\"");
+    assert!(page.contains(&failed) && !page.contains("is not cooled"), "no {failed:?}");
+    // A march that completes at the largest thickness is still told from one that fails.
+    run(&scratch, "size c --ply BASE --limit TC1<600K --thickness-range 0.4mm:1.8mm --probability 0.9 -n 40")
+        .exited_with(2)
+        .with_stderr(&["TC1 is not cooled by a thicker BASE: its peak is "]);
+}

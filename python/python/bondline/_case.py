@@ -110,8 +110,14 @@ class Case:
         found: dict[str, str | bytes] = dict(files or {})
         root = content(case)
         for name, material in (materials or {}).items():
-            found[f"materials/{name}.toml"] = _bondline.to_toml(content(material))
+            path = f"materials/{name}.toml"
+            if path in found:
+                raise ValueError(f"materials: {name!r} is stated twice: files has {path!r} too")
+            found[path] = _bondline.to_toml(content(material))
         if observations is not None:
+            stated = root.get("observations", {})
+            if "observations.csv" in found or isinstance(stated, Mapping) and "file" in stated:
+                raise ValueError("observations: they are stated twice: as a data frame and as a file")
             columns = observations.rename(columns=lambda name: f"{name}_k")
             found["observations.csv"] = columns.to_csv(index_label="time_s")
             root.setdefault("observations", {})["file"] = "observations.csv"
@@ -138,6 +144,9 @@ class Case:
             New values by factor, whose nominal value is set, or by key of the case file, such as ``pressure="3 kPa"``
             or ``{"ply.OF1.thickness": "3 mm"}``.
         """
+        for name in more:
+            if name in (changes or {}):
+                raise _bondline.OptionError(f"{name} is stated twice: in changes and as a keyword")
         overrides = self._overrides | {
             name: text(value) for name, value in ({**(changes or {})} | more).items()
         }
@@ -228,6 +237,8 @@ class Case:
 
     def salib_problem(self, bounds: str = "small") -> dict[str, Any]:
         """The factors as a problem of SALib: uniform between their small or large bounds."""
+        if bounds not in ("small", "large"):
+            raise ValueError(f"bounds: expected 'small' or 'large', found {bounds!r}")
         return {
             "num_vars": len(self.factors),
             "names": list(self.factors),
@@ -390,7 +401,10 @@ class Case:
     def jacobian(self, x: ArrayLike) -> Array:
         """Exact derivatives of :meth:`residuals` at one point: sample × estimated factor."""
         sensors, instants, _, sigma_k = self._samples
-        _, slopes_k = self.tangents(self._rows(x), self.estimated)
+        rows = self._rows(x)
+        if len(rows) != 1:
+            raise ValueError(f"x: expected one point, found {len(rows)}: tangents takes several")
+        _, slopes_k = self.tangents(rows, self.estimated)
         found: Array = (slopes_k[0][:, sensors, instants] / sigma_k).T
         return found
 
@@ -444,7 +458,7 @@ class Case:
         """
         if keep not in (None, "members"):
             raise ValueError(f"keep: expected 'members' or None, found {keep!r}")
-        if keep is not None and "until" in options:
+        if keep is not None and options.get("until") is not None:
             raise ValueError("keep: members are not kept with until")
         return self._ask(Uncertainty, "uncertainty", options, progress, keep is not None, members=n)
 
@@ -564,7 +578,7 @@ class Case:
         keeps_members: bool = False,
         **own: object,
     ) -> _R:
-        asked = question(options, own)
+        asked = question(name, options, own)
         answers, members = self._core.ask(name, asked, self._session, keeps_members, _report(progress))
         return kind(self, answers, members)
 
@@ -609,6 +623,8 @@ def _with_lines(message: str, id: str, text: str) -> str:
 def _report(progress: ProgressOption) -> Callable[[int, int | None], object] | None:
     if callable(progress):
         return progress
+    if not isinstance(progress, bool):
+        raise TypeError(f"progress: expected True, False or a function, found {progress!r}")
     return _show if progress else None
 
 

@@ -29,8 +29,12 @@ _ELSEWHERE = {
 }
 
 
-def question(options: Mapping[str, object], own: Mapping[str, object]) -> dict[str, Any]:
-    """The options of a question from keywords of the user and those of a method.
+#: Names of questions, where the method has another.
+_METHODS = {"twin": "coverage"}
+
+
+def question(name: str, options: Mapping[str, object], own: Mapping[str, object]) -> dict[str, Any]:
+    """The options of the question of a name from keywords of the user and those of a method.
 
     An option that is ``None`` or ``False`` is left out. A mapping is a list of pairs: ``start={"a": 1.1}`` is
     ``["a=1.1"]``.
@@ -38,12 +42,20 @@ def question(options: Mapping[str, object], own: Mapping[str, object]) -> dict[s
     Raises
     ------
     OptionError
-        An option is given elsewhere; the message says where.
+        There is no such option, or it is given elsewhere; the message says where.
     """
-    for name in options:
-        reason = _ELSEWHERE.get(name)
+    known = [option for option in _bondline.options_of(name, {}) if option not in _ELSEWHERE]
+    # Both have the keyword n.
+    known += ["n"] if own.keys() & {"members", "study"} else []
+    for option in options:
+        reason = _ELSEWHERE.get(option)
         if reason is not None:
-            raise _bondline.OptionError(f"{name} has no effect here: {reason}")
+            raise _bondline.OptionError(f"{option} has no effect here: {reason}")
+    for option in options:
+        if option not in known:
+            method = _METHODS.get(name, name)
+            others = f"it has {', '.join(known)}" if known else "it has none"
+            raise _bondline.OptionError(f"{option}: {method} has no such option; {others}")
     given = {**options, **own}
     return {name: _value(value) for name, value in given.items() if value is not None and value is not False}
 

@@ -74,7 +74,7 @@ def uncertainty(
     for option in ("until", "depth_profiles"):
         if options.get(option) is not None:
             raise _bondline.OptionError(f"{option} has no effect here: only a whole sweep of one process has it")
-    chosen = question(options, {"members": n})
+    chosen = question("uncertainty", options, {"members": n})
     _bondline.check(case._core, "uncertainty", chosen)
     members = int(_bondline.options_of("uncertainty", chosen)["members"])
     ranges = _ranges(0, members, pieces, client, LEAST_MEMBERS, "members")
@@ -135,7 +135,7 @@ def estimate(
     Estimate
         The answer of one process, to the last bit.
     """
-    chosen = question(options, {"starts": starts})
+    chosen = question("estimate", options, {"starts": starts})
     return Estimate(case, _divided(case, "estimate", chosen, client, pieces, retries, progress, "starts"), None)
 
 
@@ -175,7 +175,7 @@ def coverage(
     Coverage
         The answer of one process, to the last bit.
     """
-    chosen = question(options, {"study": n})
+    chosen = question("twin", options, {"study": n})
     return Coverage(case, _divided(case, "twin", chosen, client, pieces, retries, progress, "data sets"), None)
 
 
@@ -203,6 +203,13 @@ def posterior(
         The draws of each factor: seed × draw, as ``arviz.from_dict(posterior=...)`` takes them. Each row has the draws
         of ``case.estimate(posterior=True, seed=seed, ...).draws``, up to the number that all seeds have.
     """
+    for option in ("seed", "posterior"):
+        if option in options:
+            raise _bondline.OptionError(f"{option} has no effect here: there is a posterior for each of seeds")
+    seeds = list(seeds)
+    if not seeds:
+        raise ValueError("seeds: expected at least one")
+    _bondline.check(case._core, "estimate", question("estimate", options, {"posterior": True}))
     sent = _send(case, client, retries)
     mark = _mark(case)
     tasks = [
@@ -210,8 +217,6 @@ def posterior(
         for seed in seeds
     ]
     found: list[dict[str, Array]] = [task.result() for task in tasks]
-    if not found:
-        raise ValueError("seeds: expected at least one")
     count = min(len(draws) for chain in found for draws in chain.values())
     return {name: np.stack([chain[name][:count] for chain in found]) for name in found[0]}
 

@@ -175,6 +175,8 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on [default: 127.0.0.1]")
     parser.add_argument("--port", type=int, default=4242, help="port to listen on [default: 4242]")
     given = parser.parse_args(words)
+    if not 0 <= given.port < 1 << 16:
+        parser.error(f"argument --port: expected 0 to 65535, found {given.port}")
     try:
         found = server(Case.load(given.case), given.host, given.port)
     except (BondlineError, OSError) as error:

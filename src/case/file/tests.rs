@@ -343,12 +343,11 @@ fn an_override_sets_any_key_and_its_error_names_it() {
     assert_eq!(valid("contact_conductance", "perfect").layup.contacts_w_m2_k, [None; 4]);
     let message = |name: &str, value: &str| set(name, value).expect_err("an error").to_string();
     assert!(
-        message("presure", "3 kPa")
-            .contains("--set presure=3 kPa: unknown key \"presure\": did you mean \"pressure\"?")
+        message("presure", "3 kPa").starts_with("presure=3 kPa: unknown key \"presure\": did you mean \"pressure\"?")
     );
-    assert!(message("pressure", "3").contains("--set pressure=3: missing unit: expected a pressure"));
+    assert!(message("pressure", "3").starts_with("pressure=3: missing unit: expected a pressure"));
     assert!(
-        message("f_k_INS", "1.6").contains("--set f_k_INS=1.6: nominal 1.6 lies outside the small bounds 0.75 to 1.25")
+        message("f_k_INS", "1.6").starts_with("f_k_INS=1.6: nominal 1.6 lies outside the small bounds 0.75 to 1.25")
     );
     assert!(message("ply.INS9.thickness", "2 mm").contains("no entry is named \"INS9\""));
     assert!(message("pressure.high", "2 Pa").contains("is under a key that is not a table"));

@@ -100,9 +100,9 @@ pub(super) fn posterior_warnings(
     if !outcome.has_converged() {
         let enough = outcome.recommended_iterations();
         let advice = if enough.is_finite() && enough > outcome.walkers.iterations as f64 {
-            format!("About {} iterations should suffice (--mcmc-iterations)", format::significant(enough, 2))
+            format!("About {} MCMC iterations should suffice", format::significant(enough, 2))
         } else {
-            "Increase --mcmc-iterations".to_owned()
+            "Increase the number of MCMC iterations".to_owned()
         };
         let stuck = if outcome.has_mixed() {
             String::new()
@@ -115,7 +115,7 @@ pub(super) fn posterior_warnings(
         warnings.push(format!(
             "The posterior has not converged: R-hat {} (limit {}){stuck}. {advice}; if that does not help, the \
              posterior has several modes between which walkers do not move (see the charts of the chains, and check \
-             with --starts).",
+             with several starts).",
             format::significant(largest_r_hat(outcome), 4),
             ChainDiagnostics::R_HAT_LIMIT
         ));
@@ -124,7 +124,7 @@ pub(super) fn posterior_warnings(
     if outcome.has_lower_objective() {
         warnings.push(format!(
             "The chains found an objective below that of the estimate by {}: the estimate is a local minimum. Search \
-             with --starts.",
+             from several starts.",
             format::significant(outcome.objective_decrease, 2)
         ));
     }
@@ -208,7 +208,7 @@ pub(super) fn tables(
 }
 
 pub(in crate::report) fn samples_table<'a>() -> Table<&'a [f64]> {
-    Table::<&'a [f64]>::new(&["posterior.csv"], "One row per posterior sample (`estimate --posterior`).").numbers(
+    Table::<&'a [f64]>::new(&["posterior.csv"], "One row per posterior sample.").numbers(
         "<factor>",
         "–",
         "Value of the factor.",
@@ -222,9 +222,8 @@ type ChainRow = (usize, usize, Vec<f64>);
 pub(in crate::report) fn chains_table() -> Table<ChainRow> {
     Table::<ChainRow>::new(
         &["chains.csv"],
-        "Markov chains of a posterior, one row per walker and iteration (`estimate --posterior`): at most 8 walkers \
-         and \
-         500 iterations of each, with the burn-in.",
+        "Markov chains of a posterior, one row per walker and iteration: at most 8 walkers and 500 iterations \
+         of each, with the burn-in.",
     )
     .number("walker", "–", "Index of the walker.", |row| row.0 as f64)
     .number("iteration", "–", "Iteration, counted from 1.", |row| row.1 as f64)
@@ -248,7 +247,7 @@ pub(in crate::report) fn predictive_table<'a>() -> Table<PredictiveRow<'a>> {
     }
     Table::<PredictiveRow<'a>>::new(
         &["predictive.csv", "predictive-<case>.csv"],
-        "One row per sensor and instant (`estimate --posterior`): posterior predictive percentiles.",
+        "One row per sensor and instant: posterior predictive percentiles.",
     )
     .text("sensor", "Sensor.", |row| row.0.to_owned())
     .number("time_s", "s", "Time.", |row| row.2)
@@ -293,9 +292,9 @@ mod tests {
         for text in [mcmc_summary(&outcomes.posterior), mcmc_summary_line(&outcomes.posterior)] {
             assert!(text.contains("1.040") && text.contains("NOT converged"), "{text}");
         }
-        assert!(is_warned_of(&outcomes, "R-hat 1.040 (limit 1.01). Increase --mcmc-iterations"));
+        assert!(is_warned_of(&outcomes, "R-hat 1.040 (limit 1.01). Increase the number of MCMC iterations"));
         outcomes.posterior.marginals[1].diagnostics.autocorrelation_time = 80.0;
-        let stuck = "and walkers move over the posterior in no less than 80 iterations. About 1,500 iterations should";
+        let stuck = "and walkers move over the posterior in no less than 80 iterations. About 1,500 MCMC";
         assert!(is_warned_of(&outcomes, stuck));
     }
 

@@ -67,7 +67,7 @@ pub(in crate::report) fn iterations_table<'a>() -> Table<(usize, &'a Iteration)>
 type ProfileRow<'a> = (&'a str, &'a [f64], f64);
 
 pub(in crate::report) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
-    Table::<ProfileRow<'a>>::new(&["profiles.csv"], "One row per point of a profile likelihood (`estimate --profile`).")
+    Table::<ProfileRow<'a>>::new(&["profiles.csv"], "One row per point of a profile likelihood.")
         .text("profiled_factor", "The factor that is held at its value in this row.", |row| row.0.to_owned())
         .numbers("<factor>", "–", "Value of the factor; all but the profiled one are optimised.", |row| {
             row.1.to_vec()

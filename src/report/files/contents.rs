@@ -64,10 +64,10 @@ pub(super) const PEAK_TIME: &str = "<sensor>_peak_time_s";
 fn members() -> Description {
     Description {
         files: &["members.parquet"],
-        rows: "One row per member (`uncertainty --keep members`, `--keep traces`). This file and `traces.parquet` have \
-               key-value metadata: `bondline.case`, `bondline.fingerprint` of its content, `bondline.sampling`, \
-               `bondline.backend`, `bondline.version`, and `bondline.checksum`: XXH3 (128 bits) of all numbers, row by \
-               row, as doubles with their least significant byte first.",
+        rows: "One row per member (on the command line: `uncertainty --keep members`, `--keep traces`). This \
+               file and `traces.parquet` have key-value metadata: `bondline.case`, `bondline.fingerprint` of its \
+               content, `bondline.sampling`, `bondline.backend`, `bondline.version`, and `bondline.checksum`: XXH3 \
+               (128 bits) of all numbers, row by row, as doubles with their least significant byte first.",
         columns: vec![
             column(MEMBER, "–", "Index of the member (int64)."),
             column(STATUS, "–", "Member status (int32), above."),
@@ -84,7 +84,7 @@ pub(super) const TEMPERATURE: &str = "<sensor>_k";
 fn member_traces() -> Description {
     Description {
         files: &["traces.parquet"],
-        rows: "One row per completed member and instant (`uncertainty --keep traces`).",
+        rows: "One row per completed member and instant (on the command line: `uncertainty --keep traces`).",
         columns: vec![
             column(MEMBER, "–", "Index of the member (int64)."),
             column(TIME, "s", "Time (double)."),
@@ -96,7 +96,7 @@ fn member_traces() -> Description {
 fn measured() -> Description {
     Description {
         files: &["measured.csv"],
-        rows: "Synthetic observations, one row per instant (`twin` without `--study`).",
+        rows: "Synthetic observations, one row per instant (on the command line: `twin` without `--study`).",
         columns: vec![column(TIME, "s", "Time."), column(TEMPERATURE, "K", "Temperature with noise.")],
     }
 }

@@ -112,7 +112,7 @@ fn layup_record<'a>(answers: &'a Answers, outcome: &'a Trade, layup: &'a SizedLa
         variance_shares: OrderedMap(names.zip(layup.shares.iter().copied()).collect()),
         failed: layup.failures.iter().map(|failure| failure.members).sum(),
         peak_at_end: layup.still_warming,
-        not_cooled: layup.not_cooled.is_some(),
+        not_cooled: layup.not_cooled.is_some() && layup.failed_at_largest.is_none(),
         table_ends: &layup.table_ends,
     }
 }

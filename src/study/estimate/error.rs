@@ -47,7 +47,7 @@ pub enum EstimateError {
         known: String,
     },
     /// The cases of a joint estimate have different losses or priors.
-    #[error("{case:?} has another loss or prior than {first:?}; give --loss and --prior for all")]
+    #[error("{case:?} has another loss or prior than {first:?}; state one loss and one prior for all cases")]
     ObjectivesDiffer {
         /// The first of the two.
         first: String,
@@ -94,6 +94,9 @@ pub fn no_factors(cases: &[&Case]) -> String {
     }
     match names.as_slice() {
         [] => "the case has no [[factor]]".to_owned(),
-        names => format!("select some of the factors {} with --factors or in [estimate]", names.join(", ")),
+        names => format!(
+            "select some of the factors {} with the option factors or in [estimate] of the case",
+            names.join(", ")
+        ),
     }
 }

@@ -33,7 +33,7 @@ pub(in crate::study) struct SearchStart {
 /// Peak of a member, infinite where it failed, and the reason of the failure.
 pub(in crate::study) struct MemberPeak {
     pub peak: Peak,
-    failed: Option<String>,
+    pub failed: Option<String>,
 }
 
 /// Numbers of a row of the log: temperature and time of the peak, and the status.

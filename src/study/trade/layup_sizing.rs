@@ -170,6 +170,7 @@ fn size_on_plans(
         shares: squared_correlation_shares(factors, &required, |member| drawn.member(member)),
         failures: by_reason(failed),
         not_cooled,
+        failed_at_largest: not_cooled.and_then(|exposure| nominals[exposure].failed_at_largest.clone()),
         thickest_peak_k: nominals.iter().map(thickest_peak_k).fold(f64::NEG_INFINITY, f64::max),
         still_warming: false,
         table_ends: Vec::new(),

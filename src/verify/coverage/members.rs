@@ -78,8 +78,8 @@ fn stopped_rows() -> Vec<VerificationRow> {
         stopped(TargetQuantity::Percentile(probability), HalfWidth::Absolute(4.0), quantile_k(probability));
     let exceedance = stopped(TargetQuantity::Exceedance { temperature_k: limit_k }, HalfWidth::Relative(0.2), 0.1);
     vec![
-        covered_row("--until a percentile", percentile.1, "P95 ± 4 K", &percentile.0, ALLOWED),
-        covered_row("--until a probability", exceedance.1, "0.1 ± 20 %", &exceedance.0, ALLOWED),
+        covered_row("until a percentile", percentile.1, "P95 ± 4 K", &percentile.0, ALLOWED),
+        covered_row("until a probability", exceedance.1, "0.1 ± 20 %", &exceedance.0, ALLOWED),
     ]
 }
 
@@ -146,5 +146,5 @@ fn importance_row() -> VerificationRow {
     let ends: Vec<Look> = (0..SEEDS).into_par_iter().map(end).collect();
     let (counted, members) = mean_coverage(&ends, truth);
     let quantity = format!("{truth:.4} ± 10 %, two design points");
-    covered_row("--until a rare probability", members, &quantity, &counted, ALLOWED)
+    covered_row("until a rare probability", members, &quantity, &counted, ALLOWED)
 }

@@ -266,7 +266,7 @@ fn heat_text(
     if virgin_j_kg == char_j_kg {
         let message = format!(
             "virgin and char have the same enthalpy at {reference_k} K, {virgin_j_kg} J/kg: expected different heats \
-             of formation, or --heat of-reaction"
+             of formation, or the heat \"of-reaction\""
         );
         return Err(diagnostics.record(&SourceLocation::without_line(virgin.label()), message));
     }
