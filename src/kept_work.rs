@@ -7,7 +7,7 @@ pub(crate) mod kept_rows;
 pub(crate) mod log_part;
 pub(crate) mod row_journal;
 pub(crate) mod sweep_piece;
-pub(crate) mod work_log;
+pub mod work_log;
 
 pub use checkpoint::{Checkpoint, KeptWork};
 pub(crate) use checkpoint::{FITS, ITERATIONS, MARCHES, RowFiles, RowKeeper, SweepKeeper};

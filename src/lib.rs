@@ -67,6 +67,7 @@
 //! - [`fit`]: bounded least squares and identifiability
 //! - [`statistics`]: sums over the members of an ensemble
 //! - [`study`]: one function per kind of answer
+//! - [`work_log`]: rows of finished work, by which an interrupted study goes on
 //! - [`report`]: pages, figures and tables
 //! - [`verify`]: verification against exact solutions, other codes and refined grids
 //!
@@ -83,6 +84,7 @@ pub mod command;
 pub mod ensemble;
 pub mod fit;
 mod kept_work;
+pub use kept_work::work_log;
 pub mod limits;
 pub mod march;
 use bondline_physics as physics;

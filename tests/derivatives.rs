@@ -18,6 +18,7 @@ use bondline::plan::Plan;
 use bondline::study::estimate::{SearchOptions, estimate};
 use bondline::study::sensitivity::{difference_step, sensitivity};
 use bondline::traces::{MemberStatus, Traces};
+use bondline::work_log::NoLog;
 
 /// Cases of two seeds.
 fn cases() -> Vec<Case> {
@@ -168,8 +169,12 @@ fn sensitivities_and_estimates_find_the_depth_of_a_sensor_from_its_nominal_value
         differed.shares
     );
 
-    let estimated =
-        estimate(&[(&case, &plan)], &mut Cpu::new(Precision::F64), &SearchOptions::for_precision(Precision::F64));
+    let estimated = estimate(
+        &[(&case, &plan)],
+        &mut Cpu::new(Precision::F64),
+        &SearchOptions::for_precision(Precision::F64),
+        &mut NoLog,
+    );
     let estimated = estimated.expect("an estimate");
     assert!(estimated.converged, "{}", estimated.termination);
     assert!((estimated.values[0] - truth).abs() < NOISE_FREE_ESTIMATE, "{:?}", estimated.values);

@@ -11,6 +11,7 @@ use bondline::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_st
 use bondline::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use bondline::study::thermocouple_residuals::samples;
 use bondline::study::twin::{Noise, twin};
+use bondline::work_log::NoLog;
 
 fn march(precision: Precision) -> RichardsonMarch {
     RichardsonMarch::new(Box::new(Cpu::new(precision)))
@@ -20,7 +21,7 @@ fn estimated(case: &Case, precision: Precision, profiles: &[&str]) -> ParameterE
     let plan = adapt(case).expect("the processor does not fail");
     let profiles = profiles.iter().map(|&name| name.to_owned()).collect();
     let search = SearchOptions { profiles, landscape: false, ..SearchOptions::for_precision(precision) };
-    estimate(&[(case, &plan)], &mut march(precision), &search).expect("an estimate")
+    estimate(&[(case, &plan)], &mut march(precision), &search, &mut NoLog).expect("an estimate")
 }
 
 fn holds(found: &ParameterEstimates, truth: f64) -> bool {
@@ -220,7 +221,7 @@ fn recovered(
     let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(Precision::F64) };
     let noise = Noise { correlation_s, seed: 1 };
     let design = CoverageDesign { data_sets, truth_bounds: Bounds::Small, noise_k: None, noise, search };
-    coverage_study(&case, &plan, &mut march(Precision::F64), &design).expect("fits")
+    coverage_study(&case, &plan, &mut march(Precision::F64), &design, &mut NoLog).expect("fits")
 }
 
 /// Windows of two and four correlation times, in which the lag-one autocorrelation of the residuals is biased low:

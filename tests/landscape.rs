@@ -8,6 +8,7 @@ use bondline::march::{Precision, cpu::Cpu, richardson::RichardsonMarch};
 use bondline::plan::Plan;
 use bondline::study::estimate::{Landscape, ParameterEstimates, SearchOptions, estimate};
 use bondline::study::thermocouple_residuals::{CaseResiduals, ThermocoupleResiduals, samples};
+use bondline::work_log::NoLog;
 use nalgebra::DMatrix;
 
 fn march() -> RichardsonMarch {
@@ -63,7 +64,7 @@ fn the_map_of_the_objective_has_exactly_the_minima_that_minimisations_find() {
         let case = case(id);
         let plan = adapt(&case).expect("the processor does not fail");
         let search = SearchOptions { starts: 200, ..SearchOptions::for_precision(Precision::F64) };
-        let found = estimate(&[(&case, &plan)], &mut march(), &search).expect("an estimate");
+        let found = estimate(&[(&case, &plan)], &mut march(), &search, &mut NoLog).expect("an estimate");
         let bounds: Vec<(f64, f64)> = found.factors.iter().map(|factor| factor.bounds).collect();
         let cell: Vec<f64> = bounds.iter().map(|(low, high)| (high - low) / (Landscape::LINES - 1) as f64).collect();
         let converged = found.start_results.iter().filter(|end| end.converged).count();
@@ -101,7 +102,7 @@ fn no_iteration_increases_the_objective() {
     let estimated = |case: &Case| {
         let plan = adapt(case).expect("the processor does not fail");
         let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(Precision::F64) };
-        let found = estimate(&[(case, &plan)], &mut march(), &search).expect("an estimate");
+        let found = estimate(&[(case, &plan)], &mut march(), &search, &mut NoLog).expect("an estimate");
         (plan, found)
     };
     let mut judged = 0;

@@ -9,6 +9,7 @@ use bondline::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use bondline::study::posterior::{Posterior, PosteriorError, PredictiveBand, Walkers, posterior};
 use bondline::study::twin::{Noise, twin};
 use bondline::traces::Traces;
+use bondline::work_log::NoLog;
 use std::ops::Range;
 
 const WALKERS: Walkers = Walkers { number: 100, iterations: 400, seed: 1 };
@@ -42,14 +43,14 @@ fn observed(case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
 fn estimated(case: &Case, profiles: &[&str]) -> ParameterEstimates {
     let profiles = profiles.iter().map(|&name| name.to_owned()).collect();
     let search = SearchOptions { profiles, ..SearchOptions::for_precision(Precision::F64) };
-    estimate(&[(case, &Plan::new(case))], &mut Cpu::new(Precision::F64), &search).expect("an estimate")
+    estimate(&[(case, &Plan::new(case))], &mut Cpu::new(Precision::F64), &search, &mut NoLog).expect("an estimate")
 }
 
 /// The estimate, with these profiles, and the posterior.
 fn drawn(case: &Case, profiles: &[&str]) -> (ParameterEstimates, Posterior) {
     let (plan, mut march) = (Plan::new(case), Cpu::new(Precision::F64));
     let found = estimated(case, profiles);
-    let drawn = posterior(&[(case, &plan)], &mut march, &found, &WALKERS).expect("a posterior");
+    let drawn = posterior(&[(case, &plan)], &mut march, &found, &WALKERS, &mut NoLog).expect("a posterior");
     (found, drawn)
 }
 
@@ -162,7 +163,7 @@ fn a_posterior_reports_the_members_marched_with_tangents_and_with_differences() 
     let walkers = Walkers { number: 24, iterations: 20, seed: 1 };
     let counts = [true, false].map(|has_tangents| {
         let mut march = Counting { march: Cpu::new(Precision::F64), has_tangents, members: 0 };
-        let drawn = posterior(&[(&case, &plan)], &mut march, &found, &walkers).expect("a posterior");
+        let drawn = posterior(&[(&case, &plan)], &mut march, &found, &walkers, &mut NoLog).expect("a posterior");
         assert_eq!(drawn.marches, march.members, "tangents: {has_tangents}");
         drawn.marches
     });
@@ -191,6 +192,6 @@ fn too_few_walkers_to_span_the_factors_are_an_error() {
     let (plan, mut march) = (Plan::new(&case), Cpu::new(Precision::F64));
     let found = estimated(&case, &[]);
     let few = Walkers { number: 4, ..WALKERS };
-    let refused = posterior(&[(&case, &plan)], &mut march, &found, &few).expect_err("too few");
+    let refused = posterior(&[(&case, &plan)], &mut march, &found, &few, &mut NoLog).expect_err("too few");
     assert!(matches!(refused, PosteriorError::TooFewWalkers { least: 24, .. }), "{refused}");
 }

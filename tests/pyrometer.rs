@@ -13,6 +13,7 @@ use bondline::question::Uncertainty;
 use bondline::session::{Options, Session};
 use bondline::study::estimate::{SearchOptions, estimate};
 use bondline::study::twin::{Noise, twin};
+use bondline::work_log::NoLog;
 use std::collections::BTreeMap;
 
 /// Second radiation constant, m K (CODATA 2018).
@@ -160,7 +161,7 @@ fn estimated(seen: usize, read: usize) -> f64 {
     });
     let plan: Plan = adapt(&case).expect("the processor does not fail");
     let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(Precision::F64) };
-    estimate(&[(&case, &plan)], &mut march(), &search).expect("an estimate").values[0]
+    estimate(&[(&case, &plan)], &mut march(), &search, &mut NoLog).expect("an estimate").values[0]
 }
 
 #[test]

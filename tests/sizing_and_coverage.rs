@@ -13,6 +13,7 @@ use bondline::study::estimate::SearchOptions;
 use bondline::study::size::{RequiredThickness, SizeError, Sizing, SizingRequirement, size};
 use bondline::study::twin::Noise;
 use bondline::study::uncertainty::Sweep;
+use bondline::work_log::NoLog;
 use std::f64::consts::PI;
 
 /// Heat flux into the slab, W/m², and its duration, s; density, heat capacity and conductivity of the slab, SI.
@@ -53,7 +54,13 @@ fn sweep(members: usize, seed: u64) -> Sweep {
 
 fn sized(demand: impl Fn(&Case) -> SizingRequirement, members: usize) -> Result<Sizing, SizeError> {
     let case = modified(&case("slab"), |case| case.resolution.cells = 40);
-    size(&case, &mut RichardsonMarch::new(Box::new(Cpu::new(Precision::F64))), &demand(&case), &sweep(members, 1))
+    size(
+        &case,
+        &mut RichardsonMarch::new(Box::new(Cpu::new(Precision::F64))),
+        &demand(&case),
+        &sweep(members, 1),
+        &mut NoLog,
+    )
 }
 
 #[test]
@@ -123,7 +130,11 @@ fn a_ply_and_an_interface_are_sized_for_their_hottest_point() {
     let sized_m = |part: LimitedPart, limit_k: f64| {
         let demand = SizingRequirement { part, ..demand(&layered, "INS", "TC4", limit_k) };
         let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
-        size(&layered, &mut march, &demand, &sweep(60, 1)).expect("a thickness").nominal.found_m().expect("a thickness")
+        size(&layered, &mut march, &demand, &sweep(60, 1), &mut NoLog)
+            .expect("a thickness")
+            .nominal
+            .found_m()
+            .expect("a thickness")
     };
     let close = |one_m: f64, other_m: f64, share: f64| (one_m / other_m - 1.0).abs() < share;
     // The back is insulated, so that the barrier (ply 4) and both faces above it are as hot as TC4 between them.
@@ -150,7 +161,8 @@ fn the_check_lies_in_the_predicted_interval_in_95_percent_of_sizings() {
         let case = modified(&case("slab"), |case| case.resolution.cells = 16);
         let demand =
             SizingRequirement { thickness_range_m: Some((8e-3, 16e-3)), ..demand(&case, "SLAB", "BACK", LIMIT_K) };
-        let found = size(&case, &mut Cpu::new(Precision::F64), &demand, &sweep(60, 1000 + 2 * seed)).expect("one");
+        let found =
+            size(&case, &mut Cpu::new(Precision::F64), &demand, &sweep(60, 1000 + 2 * seed), &mut NoLog).expect("one");
         let (low, high) = found.check.as_ref().expect("a check").below_limit.interval_95();
         expected += u64::from(found.is_confirmed().expect("a check"));
         alone += u64::from((low..=high).contains(&0.9));
@@ -182,9 +194,14 @@ fn an_unreachable_limit_is_a_result_and_a_ply_without_effect_is_an_error() {
         case.observations.clear();
     });
     let demand_behind = demand(&behind, "GB", "TC1", 1000.0);
-    let error =
-        size(&behind, &mut RichardsonMarch::new(Box::new(Cpu::new(Precision::F64))), &demand_behind, &sweep(40, 1))
-            .expect_err("no effect");
+    let error = size(
+        &behind,
+        &mut RichardsonMarch::new(Box::new(Cpu::new(Precision::F64))),
+        &demand_behind,
+        &sweep(40, 1),
+        &mut NoLog,
+    )
+    .expect_err("no effect");
     assert!(error.to_string().contains("TC1 is not cooled by a thicker GB"), "{error}");
 }
 
@@ -198,7 +215,8 @@ fn recovered(seed: u64, twins: usize) -> CoverageStudy {
     let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(Precision::F64) };
     let noise = Noise { correlation_s: 10.0, seed };
     let design = CoverageDesign { data_sets: twins, truth_bounds: Bounds::Small, noise_k: None, noise, search };
-    coverage_study(&case, &plan, &mut RichardsonMarch::new(Box::new(Cpu::new(Precision::F64))), &design).expect("fits")
+    coverage_study(&case, &plan, &mut RichardsonMarch::new(Box::new(Cpu::new(Precision::F64))), &design, &mut NoLog)
+        .expect("fits")
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! computes the others.
 
 /// Rows of numbers in the order in which the study finishes them. Equal inputs give equal rows.
-pub(crate) trait WorkLog {
+pub trait WorkLog {
     /// The next row that an earlier run has kept; `None` after the last one.
     fn next(&mut self) -> Option<&[f64]>;
 
@@ -11,7 +11,7 @@ pub(crate) trait WorkLog {
 }
 
 /// Nothing is kept.
-pub(crate) struct NoLog;
+pub struct NoLog;
 
 impl WorkLog for NoLog {
     fn next(&mut self) -> Option<&[f64]> {

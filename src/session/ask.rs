@@ -13,7 +13,7 @@ use crate::study::flux_inversion::{FluxInversion, invert_flux};
 use crate::study::nominal::Prediction;
 use crate::study::observation_check::{ObservationCheck, check_observations};
 use crate::study::sensitivity::Sensitivity;
-use crate::study::size::{LOG_COLUMNS, SizeError, Sizing, size_from};
+use crate::study::size::{LOG_COLUMNS, SizeError, Sizing, size};
 use crate::study::twin::{SyntheticData, twin};
 use crate::study::uncertainty::{Uncertainty, failure_reason};
 
@@ -228,7 +228,7 @@ impl Session {
             study.predict(draw.bounds)?;
             let mut log = study.row_keeper(MARCHES, &format!("{demand:?}, {draw:?}"), (LOG_COLUMNS, None))?;
             let RunningStudy { march, answers, .. } = study;
-            let found = size_from(&answers.case, *march, &demand, &draw, &mut log);
+            let found = size(&answers.case, *march, &demand, &draw, &mut log);
             answers.run.remarks.extend(end_of_log(log, matches!(found, Err(SizeError::March(_)))));
             let found = found?;
             answers.seed = Some(draw.sampling.seed);

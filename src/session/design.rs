@@ -3,6 +3,7 @@
 use super::{ESTIMATE_MEMBERS, RunningStudy, Session, SessionError, adapted, with_tolerance};
 use crate::adapt::with_nominal_rounding;
 use crate::case::{Case, Observation};
+use crate::kept_work::work_log::NoLog;
 use crate::march::March;
 use crate::question::{self, InputError, named_cases};
 use crate::study::estimate::{SearchOptions, estimate};
@@ -51,7 +52,7 @@ impl RunningStudy<'_> {
             case.estimate.factors = request.question.factors.iter().filter_map(place).collect();
         }
         let search = SearchOptions { landscape: false, ..SearchOptions::for_precision(self.march.backend().precision) };
-        let noise = request.noise.or_estimated(&estimate(&[(&case, self.plan)], self.march, &search)?);
+        let noise = request.noise.or_estimated(&estimate(&[(&case, self.plan)], self.march, &search, &mut NoLog)?);
         Observation::checked_sigma_k(noise.deviation_k)
             .map_err(|message| InputError::general(format!("noise of the residuals of an estimate: {message}")))?;
         Ok(noise)

@@ -12,14 +12,14 @@ use crate::march::monitor::{Monitor, MonitoredMarch};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::{ErrorEstimate, Plan};
 use crate::question::{self, Fit};
-use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study_from};
+use crate::study::coverage_study::{CoverageDesign, CoverageStudy, coverage_study};
 use crate::study::depth_profiles::{ProfileInstants, depth_profiles};
 use crate::study::driver_emissivity::driver_emissivity;
 use crate::study::driver_smoothing::driver_smoothing;
-use crate::study::estimate::{EstimateError, ParameterEstimates, SearchOptions, estimate_from};
+use crate::study::estimate::{EstimateError, ParameterEstimates, SearchOptions, estimate};
 use crate::study::model_comparison::compare_models;
 use crate::study::nominal::{Prediction, nominal};
-use crate::study::posterior::{Posterior, Walkers, posterior_from};
+use crate::study::posterior::{Posterior, Walkers, posterior};
 use crate::study::posterior::{PosteriorError, log_columns};
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::simultaneous_band::Envelope;
@@ -240,7 +240,7 @@ impl RunningStudy<'_> {
             };
             let iterations = iterations - log.as_ref().map_or(0, RowKeeper::finished);
             self.march.begin_sweep(runs.len() * walkers.number * iterations);
-            let mut sampled = posterior_from(&runs, self.march, &found, walkers, &mut log);
+            let mut sampled = posterior(&runs, self.march, &found, walkers, &mut log);
             if let Ok(sampled) = &mut sampled {
                 let precision = self.march.backend().precision;
                 sampled.discretisation_errors_k = posterior_errors_k(&runs, &found, sampled, precision, &monitor)?;
@@ -261,7 +261,7 @@ impl RunningStudy<'_> {
         log: &mut dyn WorkLog,
     ) -> Result<CoverageStudy, SessionError> {
         self.predict(design.truth_bounds)?;
-        let found = coverage_study_from(&self.answers.case, self.plan, self.march, design, log)?;
+        let found = coverage_study(&self.answers.case, self.plan, self.march, design, log)?;
         self.answers.seed = Some(design.noise.seed);
         self.answers.coverage_study = Some(found.clone());
         Ok(found)
@@ -295,7 +295,7 @@ fn estimate_adapted(
     search: &SearchOptions,
     log: &mut dyn WorkLog,
 ) -> Result<ParameterEstimates, EstimateError> {
-    let mut found = estimate_from(&runs(cases, plans), march, search, log)?;
+    let mut found = estimate(&runs(cases, plans), march, search, log)?;
     let (precision, monitor) = (march.backend().precision, march.monitor());
     for _ in 0..MAX_ADAPTATIONS {
         let mut is_adapted_anew = false;
@@ -309,7 +309,7 @@ fn estimate_adapted(
         if !is_adapted_anew {
             break;
         }
-        found = estimate_from(&runs(cases, plans), march, search, &mut NoLog)?;
+        found = estimate(&runs(cases, plans), march, search, &mut NoLog)?;
     }
     Ok(found)
 }

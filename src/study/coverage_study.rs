@@ -119,56 +119,11 @@ pub struct CoverageDesign {
 /// estimated factors are drawn; the others are nominal, as in the fit, because the effect of a wrong model is a
 /// separate question. All fits are marched as one batch, and their results do not depend on its size.
 ///
+/// `log` keeps the fits. A march that is stopped ends the study with the fits so far, if there are two.
+///
 /// # Errors
 /// When there are no factors or no data to estimate from, or the device fails. A fit that fails is counted.
 pub fn coverage_study(
-    case: &Case,
-    plan: &Plan,
-    march: &mut dyn March,
-    design: &CoverageDesign,
-) -> Result<CoverageStudy, EstimateError> {
-    coverage_study_from(case, plan, march, design, &mut NoLog)
-}
-
-/// Numbers of a row in the log of a coverage study: the fit of a data set.
-///
-/// # Errors
-/// When there are no factors to estimate.
-pub(crate) fn log_columns(case: &Case) -> Result<usize, EstimateError> {
-    Ok(DataSetFit::columns(estimated(case)?.len()))
-}
-
-/// The factors to estimate.
-fn estimated(case: &Case) -> Result<&[usize], EstimateError> {
-    let factors = &case.estimate.factors;
-    if factors.is_empty() { Err(EstimateError::no_factors(&[case])) } else { Ok(factors) }
-}
-
-/// Some rows of the log of a coverage study, none of which depends on others.
-///
-/// # Errors
-/// As [`coverage_study`].
-pub(crate) fn log_rows(
-    case: &Case,
-    plan: &Plan,
-    march: &mut dyn March,
-    design: &CoverageDesign,
-    rows: Range<usize>,
-) -> Result<Vec<Vec<f64>>, EstimateError> {
-    let mut found = Vec::with_capacity(rows.len());
-    for first in rows.clone().step_by(MAX_CONCURRENT_STUDIES) {
-        let block = first..rows.end.min(first + MAX_CONCURRENT_STUDIES);
-        found.extend(fits(case, plan, march, design, block)?.iter().map(DataSetFit::row));
-    }
-    Ok(found)
-}
-
-/// [`coverage_study`], with a log of the fits. A march that is stopped ends the study with the fits so far, if there
-/// are two.
-///
-/// # Errors
-/// As [`coverage_study`].
-pub(crate) fn coverage_study_from(
     case: &Case,
     plan: &Plan,
     march: &mut dyn March,
@@ -215,6 +170,39 @@ pub(crate) fn coverage_study_from(
         requested: data_sets,
         fits: found,
     })
+}
+
+/// Numbers of a row in the log of a coverage study: the fit of a data set.
+///
+/// # Errors
+/// When there are no factors to estimate.
+pub(crate) fn log_columns(case: &Case) -> Result<usize, EstimateError> {
+    Ok(DataSetFit::columns(estimated(case)?.len()))
+}
+
+/// The factors to estimate.
+fn estimated(case: &Case) -> Result<&[usize], EstimateError> {
+    let factors = &case.estimate.factors;
+    if factors.is_empty() { Err(EstimateError::no_factors(&[case])) } else { Ok(factors) }
+}
+
+/// Some rows of the log of a coverage study, none of which depends on others.
+///
+/// # Errors
+/// As [`coverage_study`].
+pub(crate) fn log_rows(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    design: &CoverageDesign,
+    rows: Range<usize>,
+) -> Result<Vec<Vec<f64>>, EstimateError> {
+    let mut found = Vec::with_capacity(rows.len());
+    for first in rows.clone().step_by(MAX_CONCURRENT_STUDIES) {
+        let block = first..rows.end.min(first + MAX_CONCURRENT_STUDIES);
+        found.extend(fits(case, plan, march, design, block)?.iter().map(DataSetFit::row));
+    }
+    Ok(found)
 }
 
 impl CoverageStudy {
@@ -271,7 +259,7 @@ fn fits(
     let truths: Vec<Vec<f64>> = data_sets.clone().map(truth).collect();
     let data = synthetic_cases(case, plan, march, &truths, design, data_sets.start)?;
     let fits = run_batched(march, plan, data.len(), |number, march| {
-        data[number].as_ref().map(|data| estimate(&[(data, plan)], march, &design.search))
+        data[number].as_ref().map(|data| estimate(&[(data, plan)], march, &design.search, &mut NoLog))
     })?;
     let fit = |(truth, fit): (Vec<f64>, Option<Result<ParameterEstimates, EstimateError>>)| {
         let truth = estimated.iter().map(|&factor| truth[factor]).collect();

@@ -29,7 +29,7 @@ use crate::fit::{
     DampingStrategy, GoodnessOfFit, Options, Prior, RobustLoss, RobustProblem, WeightedProblem, WithPriors,
     covariance_summary,
 };
-use crate::kept_work::work_log::{NoLog, WorkLog};
+use crate::kept_work::work_log::WorkLog;
 use crate::march::{March, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
@@ -235,54 +235,11 @@ pub const PAPER_RULES: DampingStrategy = DampingStrategy::Paper {
 };
 
 /// Estimate the factors that the cases select, from the sensors and windows that they select, as one least-squares
-/// problem. A factor that cases share is one variable.
+/// problem. A factor that cases share is one variable. `log` keeps the minimisations.
 ///
 /// # Errors
 /// When a case selects no factor or no data, the cases are incompatible, or the device fails.
 pub fn estimate(
-    runs: &[(&Case, &Plan)],
-    march: &mut dyn March,
-    search: &SearchOptions,
-) -> Result<ParameterEstimates, EstimateError> {
-    estimate_from(runs, march, search, &mut NoLog)
-}
-
-/// Numbers of a row in the log of an estimate, and its rows: one for the end of each minimisation.
-///
-/// # Errors
-/// When the cases are incompatible.
-pub(crate) fn log_size(cases: &[&Case], search: &SearchOptions) -> Result<(usize, usize), EstimateError> {
-    let rounds = if cases.iter().any(|case| case.estimate.prior.is_some()) { 2 } else { 1 };
-    Ok((StartEnd::columns(estimands(cases)?.len()), rounds * search.starts))
-}
-
-/// Some rows of the log of an estimate, which depend on no others but for those with priors, which depend on all those
-/// of the data alone. The log has these, or they are computed.
-///
-/// # Errors
-/// As [`estimate`].
-pub(crate) fn log_rows(
-    runs: &[(&Case, &Plan)],
-    march: &mut dyn March,
-    search: &SearchOptions,
-    rows: Range<usize>,
-    log: &mut dyn WorkLog,
-) -> Result<Vec<Vec<f64>>, EstimateError> {
-    let (mut minimiser, starts) = (MultiStart::new(runs, march, search)?, search.starts);
-    let mut found = minimiser.rows(rows.start.min(starts)..rows.end.min(starts), None)?;
-    if rows.end > starts {
-        let of_data = minimiser.minimise(None, log)?;
-        let weight = minimiser.likelihood(&of_data.fit)?.weight();
-        found.extend(minimiser.rows(rows.start.saturating_sub(starts)..rows.end - starts, Some(weight))?);
-    }
-    Ok(found)
-}
-
-/// [`estimate`], with a log of the minimisations.
-///
-/// # Errors
-/// As [`estimate`].
-pub(crate) fn estimate_from(
     runs: &[(&Case, &Plan)],
     march: &mut dyn March,
     search: &SearchOptions,
@@ -404,6 +361,37 @@ pub(crate) fn estimate_from(
         values,
         factors,
     })
+}
+
+/// Numbers of a row in the log of an estimate, and its rows: one for the end of each minimisation.
+///
+/// # Errors
+/// When the cases are incompatible.
+pub(crate) fn log_size(cases: &[&Case], search: &SearchOptions) -> Result<(usize, usize), EstimateError> {
+    let rounds = if cases.iter().any(|case| case.estimate.prior.is_some()) { 2 } else { 1 };
+    Ok((StartEnd::columns(estimands(cases)?.len()), rounds * search.starts))
+}
+
+/// Some rows of the log of an estimate, which depend on no others but for those with priors, which depend on all those
+/// of the data alone. The log has these, or they are computed.
+///
+/// # Errors
+/// As [`estimate`].
+pub(crate) fn log_rows(
+    runs: &[(&Case, &Plan)],
+    march: &mut dyn March,
+    search: &SearchOptions,
+    rows: Range<usize>,
+    log: &mut dyn WorkLog,
+) -> Result<Vec<Vec<f64>>, EstimateError> {
+    let (mut minimiser, starts) = (MultiStart::new(runs, march, search)?, search.starts);
+    let mut found = minimiser.rows(rows.start.min(starts)..rows.end.min(starts), None)?;
+    if rows.end > starts {
+        let of_data = minimiser.minimise(None, log)?;
+        let weight = minimiser.likelihood(&of_data.fit)?.weight();
+        found.extend(minimiser.rows(rows.start.saturating_sub(starts)..rows.end - starts, Some(weight))?);
+    }
+    Ok(found)
 }
 
 impl From<LossFunction> for RobustLoss {

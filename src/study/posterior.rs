@@ -26,7 +26,7 @@ use crate::fit::{
     ChainDiagnostics, ChainState, EnsembleChains, LeastSquares, RobustProblem, WeightedProblem, WithPriors,
     ensemble_mcmc_from,
 };
-use crate::kept_work::work_log::{NoLog, WorkLog};
+use crate::kept_work::work_log::WorkLog;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 use nalgebra::DMatrix;
@@ -119,29 +119,11 @@ const HALF_CHAIN_TIMES: f64 = 5.0;
 /// largest of several factors is below it with a few hundred more.
 const RECOMMENDED_DRAWS: f64 = 1000.0;
 
-/// Sample the posterior of an estimate of these cases.
+/// Sample the posterior of an estimate of these cases. `log` keeps the iterations.
 ///
 /// # Errors
 /// When there are too few walkers, the noise level is undefined, or the device fails.
 pub fn posterior(
-    runs: &[(&Case, &Plan)],
-    march: &mut dyn March,
-    found: &ParameterEstimates,
-    walkers: &Walkers,
-) -> Result<Posterior, PosteriorError> {
-    posterior_from(runs, march, found, walkers, &mut NoLog)
-}
-
-/// Numbers of a row in the log of a posterior.
-pub(crate) fn log_columns(found: &ParameterEstimates, walkers: &Walkers) -> usize {
-    ChainState::length(found.factors.len(), walkers.number)
-}
-
-/// [`posterior`], with a log of the iterations.
-///
-/// # Errors
-/// As [`posterior`].
-pub(crate) fn posterior_from(
     runs: &[(&Case, &Plan)],
     march: &mut dyn March,
     found: &ParameterEstimates,
@@ -220,6 +202,11 @@ pub(crate) fn posterior_from(
         predicted,
         discretisation_errors_k: Vec::new(),
     })
+}
+
+/// Numbers of a row in the log of a posterior.
+pub(crate) fn log_columns(found: &ParameterEstimates, walkers: &Walkers) -> usize {
+    ChainState::length(found.factors.len(), walkers.number)
 }
 
 impl Posterior {

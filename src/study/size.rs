@@ -16,7 +16,7 @@ use crate::adapt::{ACCEPTED_ERROR, adapt_for, checked_at_members};
 use crate::case::{Case, LimitedPart, TemperatureLimit};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::fit::proportion::{Proportion, counts_below_95, quantile_ranks_95};
-use crate::kept_work::work_log::{NoLog, WorkLog};
+use crate::kept_work::work_log::WorkLog;
 use crate::march::{March, MarchError};
 use crate::plan::ErrorEstimate;
 use crate::traces::{Balance, MemberStatus};
@@ -203,25 +203,12 @@ const MIN_COOLING_K: f64 = 1.0;
 const SEARCH_ACCURACY: f64 = 1e-4;
 
 /// Find the required thickness. The same members are marched at every thickness (common random numbers), so the
-/// required thickness is as smooth as the peaks.
+/// required thickness is as smooth as the peaks. `log` keeps the members that are marched, but for those of the independent check.
 ///
 /// # Errors
 /// When the ply cannot be sized, its thickness does not cool the part, or the device fails. No allowed thickness
 /// sufficing, or every one, is a result and no error.
 pub fn size(
-    case: &Case,
-    march: &mut dyn March,
-    demand: &SizingRequirement,
-    sweep: &Sweep,
-) -> Result<Sizing, SizeError> {
-    size_from(case, march, demand, sweep, &mut NoLog)
-}
-
-/// [`size`], with a log of the members that are marched, but for those of the independent check.
-///
-/// # Errors
-/// As [`size`].
-pub(crate) fn size_from(
     case: &Case,
     march: &mut dyn March,
     demand: &SizingRequirement,

@@ -14,6 +14,7 @@ use bondline::march::richardson::RichardsonMarch;
 use bondline::plan::Plan;
 use bondline::study::estimate::{SearchOptions, estimate};
 use bondline::verify::least_squares::{CountedProblem, TestProblem, nist_strd};
+use bondline::work_log::NoLog;
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
@@ -231,7 +232,7 @@ fn a_case_with_large_model_error_converges_in_25_iterations_for_every_loss() {
     let mut fitted = |case: &Case, plan: &Plan| {
         let profiles = case.estimate().prior.map(|_| "f_k_INS".to_owned()).into_iter().collect();
         let search = SearchOptions { landscape: false, profiles, ..SearchOptions::for_precision(Precision::F64) };
-        estimate(&[(case, plan)], &mut march, &search).expect("an estimate")
+        estimate(&[(case, plan)], &mut march, &search, &mut NoLog).expect("an estimate")
     };
     for (loss_function, prior) in losses {
         let case = case("lcat-2259");

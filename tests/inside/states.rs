@@ -10,6 +10,7 @@ use bondline::march::{March, Precision};
 use bondline::plan::Plan;
 use bondline::study::estimate::{ParameterEstimates, SearchOptions, estimate};
 use bondline::traces::Gauge;
+use bondline::work_log::NoLog;
 use std::sync::Arc;
 
 /// Temperatures of the two-state slab with these factors and values.
@@ -99,8 +100,8 @@ fn a_front_passes_between_plies_of_one_material_of_which_one_has_a_factor() {
 fn estimated(case: &Case) -> (ParameterEstimates, f64) {
     let plan = adapt(case).expect("the processor marches");
     let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
-    let found =
-        estimate(&[(case, &plan)], &mut march, &SearchOptions::for_precision(Precision::F64)).expect("an estimate");
+    let found = estimate(&[(case, &plan)], &mut march, &SearchOptions::for_precision(Precision::F64), &mut NoLog)
+        .expect("an estimate");
     let left = found.fitted[0].misfits.iter().map(|(_, after)| (after.samples as f64, after.rms_k));
     let (count, sum) = left.fold((0.0, 0.0), |(count, sum), (n, rms_k)| (count + n, sum + n * rms_k * rms_k));
     (found, (sum / count).sqrt())

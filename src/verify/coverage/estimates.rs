@@ -3,6 +3,7 @@
 use super::{Counted, covered_row};
 use crate::adapt::adapt;
 use crate::case::{Bounds, Case, Factor, Observation, Property, Sensor};
+use crate::kept_work::work_log::NoLog;
 use crate::march::cpu::Cpu;
 use crate::march::richardson::RichardsonMarch;
 use crate::march::{MarchError, Precision};
@@ -80,7 +81,7 @@ pub(super) fn rows() -> Result<Vec<VerificationRow>, MarchError> {
             noise: Noise { correlation_s, seed: 1 },
             search,
         };
-        let found = match coverage_study(&case, &plan, &mut march, &design) {
+        let found = match coverage_study(&case, &plan, &mut march, &design, &mut NoLog) {
             Err(EstimateError::March(error)) => return Err(error),
             found => found.ok(),
         };
