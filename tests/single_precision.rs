@@ -31,7 +31,8 @@ fn layup(plies: &[(&str, f64)], contact_w_m2_k: f64) -> Case {
     let text = format!(
         "initial_temperature = \"300 K\"\nduration = \"300 s\"\ncontact_conductance = \"{contact_w_m2_k} W/m^2/K\"\n\
          ply = [{}]\nsensor = [{}]\n[hot_face]\nkind = \"heated\"\nradiant_flux = \"50 kW/m^2\"\n\
-         [[factor]]\nname = \"f_cp\"\nproperty = \"heat_capacity\"\ngroup = \"P1\"\nsmall = [0.95, 1.05]\nlarge = [0.9, 1.1]\n",
+         [[factor]]\nname = \"f_cp\"\nproperty = \"heat_capacity\"\ngroup = \"P1\"\nsmall = [0.95, 1.05]\n\
+         large = [0.9, 1.1]\n",
         rows.join(", "),
         sensors.join(", ")
     );

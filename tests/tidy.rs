@@ -64,7 +64,11 @@ const IMPORTS: &[(&str, &[&str])] = &[
         ],
     ),
     ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
-    ("verify", &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit", "statistics", "study"]),
+    // Of kept work, studies without a log.
+    (
+        "verify",
+        &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit", "statistics", "kept_work", "study"],
+    ),
     // Words in, calls of a session, text out: what it takes from other modules are options and answers.
     (
         "command",
