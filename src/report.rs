@@ -17,11 +17,11 @@ mod figure;
 mod figures;
 pub mod files;
 mod findings;
-#[cfg(test)]
-mod fixture;
 mod format;
 mod history;
 mod html;
+#[cfg(test)]
+mod marched;
 mod margins;
 pub mod materials;
 mod nominal;

@@ -338,12 +338,12 @@ fn faded(ink: Ink, opacity: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{figures, fixture};
+    use super::super::{figures, marched};
     use super::*;
 
     #[test]
     fn every_named_layer_of_a_study_has_its_name_in_the_chart() {
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         for figure in figures::all(&outcomes.answers("study")) {
             let text = draw(&figure).to_string();
             for layer in &figure.layers {
@@ -356,7 +356,7 @@ mod tests {
 
     #[test]
     fn every_entry_of_a_legend_has_a_name() {
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let charts: Vec<Value> = figures::all(&outcomes.answers("study")).iter().map(draw).collect();
         let traces = charts.iter().flat_map(|chart| chart["traces"].as_array().expect("a list of traces"));
         let (mut entries, mut bands) = (0, 0);

@@ -396,11 +396,11 @@ fn states_file(case: &Case, found: &DepthProfiles, states: &CellStates) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{chart, fixture, svg};
+    use crate::report::{chart, marched, svg};
 
     fn reported() -> (Answers, DepthProfiles) {
-        let answers = fixture::outcomes().answers("study");
-        let found = answers.depth_profiles.clone().expect("the fixture has profiles");
+        let answers = marched::study().answers("study");
+        let found = answers.depth_profiles.clone().expect("the study has profiles");
         (answers, found)
     }
 

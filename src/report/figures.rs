@@ -103,12 +103,12 @@ pub(super) fn all(answers: &Answers) -> Vec<Figure> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fixture;
+    use super::super::marched;
     use super::*;
 
     #[test]
     fn sensors_whose_names_differ_only_in_a_slash_have_two_files() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         outcomes.case.sensors[0].name = "T/1".to_owned();
         outcomes.case.sensors[1].name = "T-1".to_owned();
         let mut ids: Vec<String> = all(&outcomes.answers("study")).into_iter().map(|figure| figure.id).collect();
@@ -121,8 +121,8 @@ mod tests {
 
     #[test]
     fn a_sensor_of_constant_temperature_has_no_figures() {
-        let mut outcomes = fixture::outcomes();
-        let ids = |outcomes: &fixture::StudyFixture| -> Vec<String> {
+        let mut outcomes = marched::study();
+        let ids = |outcomes: &marched::Study| -> Vec<String> {
             all(&outcomes.answers("study")).into_iter().map(|figure| figure.id).collect()
         };
         let of_it = ["spread-TC1", "shares-TC1", "sensitivity-TC1"];

@@ -267,7 +267,7 @@ fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::{fixture, write};
+    use super::super::{marched, write};
     use super::scratch::Scratch;
     use super::*;
     use std::sync::Barrier;
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn a_study_writes_a_page_figures_tables_and_a_summary() {
         let scratch = Scratch::new("study");
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
         let paths = write(&outcomes.answers("study"), &folder).expect("it can be written");
         for name in ["report.html", "summary.json", "traces.csv", "percentiles.csv", "shares.csv", "iterations.csv"] {
@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn the_folder_of_another_case_is_refused_unless_forced() {
         let scratch = Scratch::new("other");
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
         write(&outcomes.answers("predict"), &folder).expect("it can be written");
         drop(folder);
@@ -304,7 +304,7 @@ mod tests {
     #[test]
     fn a_second_report_removes_files_of_the_first_that_it_does_not_have() {
         let scratch = Scratch::new("second");
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let open = || OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a folder of this case");
         write(&outcomes.answers("study"), &open()).expect("it can be written");
         fs::write(scratch.0.join("notes.txt"), "mine").expect("a file of the analyst");
@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn a_file_of_the_user_with_the_name_of_a_file_of_the_report_stays_under_another_name() {
         let scratch = Scratch::new("own-names");
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let names = ["report.html", "traces.csv", "figures/nominal.svg"];
         for (force, left) in [(false, true), (true, false)] {
             let out = scratch.0.join(format!("{force}"));

@@ -146,11 +146,12 @@ fn summary(answers: &Answers) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{figures, fixture, svg};
+    use super::super::{figures, marched, svg};
     use super::*;
     use crate::case::Bounds;
+    use crate::traces::Gauge;
 
-    fn made(outcomes: &fixture::StudyFixture) -> String {
+    fn made(outcomes: &marched::Study) -> String {
         let answers = outcomes.answers("study");
         let figures = figures::in_sections(&answers);
         let stills: Vec<String> = figures.iter().map(|(_, figure)| svg::draw(figure)).collect();
@@ -158,13 +159,13 @@ mod tests {
     }
 
     /// The page without plotly.js, which contains URLs that it does not load.
-    fn page_without_plotly(outcomes: &fixture::StudyFixture) -> String {
+    fn page_without_plotly(outcomes: &marched::Study) -> String {
         made(outcomes).replace(&plotly(), "")
     }
 
     #[test]
     fn the_page_has_no_external_references() {
-        let page = page_without_plotly(&fixture::outcomes());
+        let page = page_without_plotly(&marched::study());
         for reference in ["src=", "href=\"http", "@import", "url(", "<link"] {
             assert!(!page.contains(reference), "the page refers to something: {reference}");
         }
@@ -176,13 +177,13 @@ mod tests {
         assert!(
             !PLOTLY_LICENSE.contains("--") && PLOTLY_LICENSE.contains("Permission is hereby granted, free of charge")
         );
-        assert!(made(&fixture::outcomes()).contains(PLOTLY_LICENSE));
+        assert!(made(&marched::study()).contains(PLOTLY_LICENSE));
         assert!(PLOTLY.chars().all(|c| c.is_ascii_alphanumeric() || "+/=".contains(c)));
     }
 
     #[test]
     fn charts_keep_their_traces_and_each_array_of_x_is_written_once() {
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let figures = figures::in_sections(&outcomes.answers("study"));
         let text = charts(&figures);
         let written: Value = serde_json::from_str(&text).expect("JSON");
@@ -246,7 +247,7 @@ mod tests {
 
     #[test]
     fn markup_in_names_is_escaped() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         let hostile = "</script><script>alert(1)</script>";
         outcomes.case.name = hostile.to_owned();
         outcomes.case.sensors[0].name = hostile.to_owned();
@@ -257,9 +258,13 @@ mod tests {
 
     #[test]
     fn the_section_on_gas_is_there_only_where_gas_moves_with_captions_above_charts() {
-        let inert = page_without_plotly(&fixture::outcomes());
+        let inert = page_without_plotly(&marched::study());
         assert!(!inert.contains("id=\"gas\"") && !inert.contains("Mass balance:") && !inert.contains("gas flux"));
-        let page = page_without_plotly(&fixture::outcomes().charring());
+        let mut charring = marched::charring();
+        charring.nominal.gauge_traces[Gauge::MassLost as usize].end = 0.36;
+        let balance = &mut charring.nominal.balance;
+        (balance.solid_lost_kg_m2, balance.gas_in_kg_m2) = (0.36, 0.002);
+        let page = page_without_plotly(&charring);
         let (_, section) = page.split_once("<section id=\"gas\">\n<h2>Decomposition and gas</h2>").expect("a section");
         let (section, _) = section.split_once("</section>").expect("it ends");
         assert_eq!(section.matches("</figcaption>\n<div class=\"chart\"").count(), 4);
@@ -272,7 +277,7 @@ mod tests {
 
     #[test]
     fn the_page_names_the_bounds_of_the_sampling() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         for (bounds, others) in [(Bounds::Small, "large"), (Bounds::Large, "small")] {
             outcomes.uncertainty.bounds = bounds;
             let page = page_without_plotly(&outcomes);
@@ -283,7 +288,10 @@ mod tests {
 
     #[test]
     fn synthetic_data_and_warnings_are_at_the_top() {
-        let page = page_without_plotly(&fixture::outcomes());
+        let mut outcomes = marched::study();
+        outcomes.estimated.combinations[0].correlation = 0.993;
+        outcomes.estimated.correlation_probability = 1.0;
+        let page = page_without_plotly(&outcomes);
         let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?} on the page"));
         let nominal = place("<section id=\"nominal\"");
         assert!(place("Observations are synthetic") < nominal);

@@ -432,16 +432,17 @@ fn dependence(answers: &Answers) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fixture;
+    use super::super::marched;
     use super::super::terminal::screen;
     use super::*;
     use crate::fit::proportion::Proportion;
     use crate::study::margins::{MarginStatistics, PEAK_PROBABILITIES, PeakPercentile};
     use crate::study::nominal::Peak;
+    use crate::study::uncertainty::Failure;
 
-    /// The fixture with limits of two parts, the second of which is exceeded.
-    fn limited() -> fixture::StudyFixture {
-        let mut outcomes = fixture::outcomes();
+    /// The study with limits of two parts, the second of which is exceeded.
+    fn limited() -> marched::Study {
+        let mut outcomes = marched::study();
         let limit = |part, limit_k| TemperatureLimit { part, limit_k };
         outcomes.case.limits = vec![limit(LimitedPart::Interface(3), 700.0), limit(LimitedPart::Sensor(3), 600.0)];
         let margin = |limit_k: f64, temperature_k: f64| Margin {
@@ -468,6 +469,10 @@ mod tests {
             time_above_p95_s: 15.0,
             time_above_max_s: 18.0,
         };
+        let swept = &mut outcomes.uncertainty;
+        (swept.requested, swept.members, swept.completed) = (5000, 5000, 4997);
+        let reason = "a temperature left the range of a table".to_owned();
+        swept.failures = vec![Failure { reason, members: 3, first: 1204 }];
         let heat_load = HeatLoad { mean_j_m2: 9.2e6, deviation_j_m2: 2e5, max_j_m2: 9.9e6 };
         let limits = vec![spread(0, 641.0), spread(4900, 623.0)];
         outcomes.uncertainty.margins = Some(MarginStatistics { limits, heat_load });
@@ -482,7 +487,7 @@ mod tests {
             "Smallest margin: TC4 peaks at 622 K (349 °C) nominally, 22.4 K above its limit of 600 K (327 °C)";
         assert!(text.starts_with(expected) && text.contains("98.00 % ("), "{text}");
         assert!(finding(&outcomes.answers("sensitivity"), &outcomes.nominal).is_none());
-        let free = fixture::outcomes();
+        let free = marched::study();
         assert!(finding(&free.answers("predict"), &free.nominal).is_none());
     }
 

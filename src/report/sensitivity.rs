@@ -185,12 +185,12 @@ mod tests {
     use super::*;
     use crate::report::figure::Layer;
     use crate::report::figures::file_name;
-    use crate::report::{figures, fixture};
+    use crate::report::{figures, marched};
 
     /// Every curve of the chart is a column of the table.
     #[test]
     fn sensitivities_are_in_kelvin_per_percent_in_table_and_chart() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         outcomes.case.factors[3].nominal = 1.1;
         let answers = outcomes.answers("study");
         let (_, bytes) = sensitivities(&answers.case, &outcomes.sensitivity).expect("a table");

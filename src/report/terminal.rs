@@ -164,12 +164,13 @@ fn truncate_line(line: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fixture;
+    use super::super::marched;
     use super::*;
+    use crate::traces::Gauge;
 
     #[test]
     fn every_command_fits_a_screen_of_24_lines_and_80_columns() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         outcomes.case.name = "a name that goes on and on ".repeat(8);
         for command in ["predict", "uncertainty", "sensitivity", "estimate", "study"] {
             let screen = screen(&outcomes.answers(command));
@@ -180,7 +181,9 @@ mod tests {
 
     #[test]
     fn mass_lost_and_char_depth_are_shown_and_do_not_displace_the_termination_of_the_estimate() {
-        let charring = fixture::outcomes().charring();
+        let mut charring = marched::charring();
+        let gauges = &mut charring.nominal.gauge_traces;
+        (gauges[Gauge::MassLost as usize].end, gauges[Gauge::CharFront as usize].end) = (0.36, 2.5e-3);
         for command in ["predict", "study"] {
             let screen = screen(&charring.answers(command));
             let text = screen.replace('\n', " ");
@@ -188,13 +191,13 @@ mod tests {
             assert!(screen.lines().count() <= LINES, "{command}:\n{screen}");
             assert_eq!(text.contains("converged after"), command == "study", "{screen}");
         }
-        let still = screen(&fixture::outcomes().answers("study"));
+        let still = screen(&marched::study().answers("study"));
         assert!(!still.contains("Mass lost") && !still.contains("gas flux"), "{still}");
     }
 
     #[test]
     fn the_time_of_a_run_is_shown_beside_a_long_name_of_a_device() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         outcomes.backend.name = "a device whose name alone fills most of a line of the terminal (driver 1.2.3)".into();
         let screen = screen(&outcomes.answers("uncertainty"));
         let after = screen.replace('\n', " ").split_once("(driver 1.2.3), ").expect("the whole name").1.to_owned();
@@ -217,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_run_of_weeks_keeps_the_columns_of_the_screen_apart() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         outcomes.case.sensors[3].name = "BONDLINE-UPPER".to_owned();
         for peak in &mut outcomes.uncertainty.peaks {
             peak.nominal.time_s = 1_209_600.0;
@@ -231,8 +234,8 @@ mod tests {
     }
 
     /// The case with ten more sensors between the first two, of which one has a limit.
-    fn with_more_sensors() -> fixture::StudyFixture {
-        let mut outcomes = fixture::outcomes();
+    fn with_more_sensors() -> marched::Study {
+        let mut outcomes = marched::study();
         for number in 0..10 {
             let sensor = outcomes.case.sensors[0].clone();
             let name = if number == 3 { "LIMITED".to_owned() } else { format!("T{number}") };
@@ -259,7 +262,7 @@ mod tests {
     fn every_warning_is_shown_or_counted_however_full_the_screen_is() {
         for command in ["predict", "uncertainty", "sensitivity", "estimate", "study"] {
             for remarks in [1, 2, 30] {
-                let mut outcomes = fixture::outcomes().charring();
+                let mut outcomes = marched::charring();
                 outcomes.case.name = "a name that goes on and on ".repeat(8);
                 outcomes.backend.name = "a device ".repeat(60);
                 let mut answers = outcomes.answers(command);
@@ -280,7 +283,7 @@ mod tests {
 
     #[test]
     fn results_that_do_not_fit_are_counted() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         outcomes.backend.name = "a device ".repeat(200);
         let screen = screen(&outcomes.answers("study"));
         assert!(screen.contains(" more lines in report.html\n"), "{screen}");
@@ -288,7 +291,7 @@ mod tests {
 
     #[test]
     fn a_prediction_shows_the_peak_temperature_of_the_bondline_and_its_time() {
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let screen = screen(&outcomes.answers("predict"));
         let peak = outcomes.nominal.peaks[3];
         let line = screen.lines().find(|line| line.starts_with("TC4")).expect("a line for TC4");
@@ -298,7 +301,7 @@ mod tests {
 
     #[test]
     fn an_energy_imbalance_is_warned_of_on_the_screen() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         let sound = screen(&outcomes.answers("predict"));
         outcomes.nominal.balance.stored_j_m2 *= 1.1;
         let leaking = screen(&outcomes.answers("predict"));

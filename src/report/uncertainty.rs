@@ -427,16 +427,19 @@ fn pairs<'a>(case: &'a Case, outcome: &Uncertainty) -> Vec<PairRow<'a>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{figures, fixture};
+    use crate::report::{figures, marched};
+    use crate::study::nominal::ErrorEstimate;
 
     #[test]
     fn an_error_of_members_above_ten_tolerances_is_a_warning_and_one_below_is_not() {
-        let outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
+        outcomes.nominal.error_estimate = Some(ErrorEstimate::of_temperature(0.031, 0.05));
         let answers = outcomes.answers("study");
         let mut outcome = outcomes.uncertainty.clone();
         let mut warning = |error_k: f64| {
-            let found = outcome.discretisation_error.as_mut().expect("the fixture has one");
-            found.extreme.temperature_k = Some(error_k);
+            let extreme = MembersError { members: 50, failed: 1, temperature_k: Some(error_k) };
+            let others = MembersError { members: 16, failed: 0, temperature_k: Some(0.035) };
+            outcome.discretisation_error = Some(SweepError { extreme, others });
             outcome.inaccuracy(&answers)
         };
         assert_eq!(warning(0.49), None);
@@ -447,7 +450,7 @@ mod tests {
     /// Every factor that is named has a share no smaller than any factor that is not.
     #[test]
     fn finding_and_caption_name_the_factors_with_the_largest_shares() {
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         let (case, outcome) = (&outcomes.case, &outcomes.uncertainty);
         let figures = figures::all(&outcomes.answers("study"));
         for (sensor, of) in case.sensors.iter().enumerate() {

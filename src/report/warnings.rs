@@ -150,16 +150,16 @@ fn excursion_warning(together: &[TableExcursion<'_>]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture;
+    use crate::report::marched;
 
     /// Number of warnings of a study that contain a text.
-    fn count_of(outcomes: &fixture::StudyFixture, text: &str) -> usize {
+    fn count_of(outcomes: &marched::Study, text: &str) -> usize {
         all(&outcomes.answers("study")).iter().filter(|warning| warning.contains(text)).count()
     }
 
     #[test]
     fn a_mass_imbalance_is_warned_of() {
-        let mut outcomes = fixture::outcomes().charring();
+        let mut outcomes = marched::charring();
         assert_eq!(count_of(&outcomes, "The mass balance of the nominal march"), 0);
         outcomes.estimated.fitted[0].before.balance.gas_out_kg_m2 *= 0.99;
         outcomes.nominal.balance = outcomes.estimated.fitted[0].before.balance;
@@ -168,7 +168,11 @@ mod tests {
 
     #[test]
     fn a_ply_beyond_its_tables_is_warned_of_and_one_within_them_is_not() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
+        let fitted = &mut outcomes.estimated.fitted[0];
+        for march in [&mut outcomes.nominal, &mut fitted.before, &mut fitted.after] {
+            (march.extremes_k[2].1, march.extremes_k[3].1) = (1320.0, 900.0);
+        }
         assert_eq!(
             count_of(&outcomes, "Pyrogel 3350 (INS1) reaches 1,320 K (1,047 °C), beyond its property tables"),
             1

@@ -277,15 +277,15 @@ pub(super) const METHOD: &str = "Posterior: samples of the density exp(-S/2) wit
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{fixture, warnings};
+    use crate::report::{marched, warnings};
 
-    fn is_warned_of(outcomes: &fixture::StudyFixture, text: &str) -> bool {
+    fn is_warned_of(outcomes: &marched::Study, text: &str) -> bool {
         warnings::all(&outcomes.answers("estimate")).iter().any(|warning| warning.contains(text))
     }
 
     #[test]
     fn chains_that_have_not_converged_are_warned_of_with_the_iterations_needed() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study().with_long_chains();
         assert!(mcmc_summary(&outcomes.posterior).contains("Largest R-hat 1.004 (limit 1.01): converged."));
         assert!(!is_warned_of(&outcomes, "not converged: R-hat"));
         outcomes.posterior.marginals[1].diagnostics.r_hat = 1.04;
@@ -301,7 +301,7 @@ mod tests {
     /// Walkers that do not leave their modes: the ensembles agree, but no chain is long enough.
     #[test]
     fn chains_shorter_than_ten_autocorrelation_times_have_not_converged_whatever_r_hat() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study().with_long_chains();
         assert!(outcomes.posterior.has_converged());
         outcomes.posterior.marginals[0].diagnostics.autocorrelation_time = 38.0;
         assert!(!outcomes.posterior.has_converged() && is_warned_of(&outcomes, "has not converged"));
@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn a_lower_objective_and_a_poor_coverage_are_warned_of() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         assert!(!is_warned_of(&outcomes, "local minimum") && !is_warned_of(&outcomes, "TC4: only"));
         outcomes.posterior.objective_decrease = 7.3;
         outcomes.posterior.predicted[0].sensors[3].coverage = Some((0.1, 0.31));
@@ -321,15 +321,20 @@ mod tests {
 
     #[test]
     fn where_median_and_estimate_differ_the_median_is_recommended() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         assert!(!is_warned_of(&outcomes, "Use the posterior median"));
-        outcomes.posterior.marginals[0].median += 0.02;
-        assert!(is_warned_of(&outcomes, "instead of the estimate of f_k_INS (estimate 0.970, median 0.988)"));
+        let PosteriorMarginal { median, interval: (low, high), .. } = &mut outcomes.posterior.marginals[0];
+        *median += 0.5 * (*high - *low);
+        let (value, median) = (outcomes.estimated.values[0], *median);
+        let expected = format!("instead of the estimate of f_k_INS (estimate {value:.3}, median {median:.3})");
+        assert!(is_warned_of(&outcomes, &expected));
     }
 
     #[test]
     fn the_model_discrepancy_is_reported_in_kelvin_and_seconds_or_as_absent() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
+        (outcomes.posterior.discrepancy.share, outcomes.posterior.discrepancy.amplitude_k) = (0.31, 4.2);
+        outcomes.posterior.discrepancy.time_s = 8.5;
         let text = model_discrepancy(&outcomes.posterior);
         assert!(
             text.contains("4.2 K") && text.contains("correlation time 8.5 s") && text.contains("0.31 times"),

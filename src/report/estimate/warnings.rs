@@ -105,17 +105,29 @@ fn combination_warnings(outcome: &ParameterEstimates, warnings: &mut Vec<String>
 
 #[cfg(test)]
 mod tests {
-    use crate::report::{fixture, warnings};
+    use crate::report::{marched, warnings};
     use crate::traces::MemberStatus;
 
     /// Number of warnings of a study that contain a text.
-    fn count_of(outcomes: &fixture::StudyFixture, text: &str) -> usize {
+    fn count_of(outcomes: &marched::Study, text: &str) -> usize {
         warnings::all(&outcomes.answers("study")).iter().filter(|warning| warning.contains(text)).count()
+    }
+
+    /// Estimates that correlate by 0.993, and residuals of 2.1 times their stated deviation that correlate by 0.62.
+    fn correlated() -> marched::Study {
+        let mut outcomes = marched::study().with_long_chains();
+        let combination = &mut outcomes.estimated.combinations[0];
+        (combination.pair, combination.is_ratio, combination.correlation) = ((0, 1), true, 0.993);
+        (combination.value, combination.relative_error) = (0.97 / 1.02, 0.003);
+        (outcomes.estimated.autocorrelation, outcomes.estimated.correlation_probability) = (0.62, 1.0);
+        (outcomes.estimated.noise_variance, outcomes.estimated.noise_inflation) = (4.4, 3.3);
+        outcomes.estimated.identifiability.condition_number = 17.0;
+        outcomes
     }
 
     #[test]
     fn each_fault_of_an_estimate_is_warned_of_once() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = correlated();
         assert_eq!(count_of(&outcomes, "have correlation 0.993"), 1);
         assert_eq!(count_of(&outcomes, "The data determine their ratio f_k_INS/f_cp_INS: 0.951 ± 0.3 %."), 1);
         assert_eq!(count_of(&outcomes, "autocorrelated"), 1);
@@ -126,7 +138,7 @@ mod tests {
         outcomes.estimated.converged = false;
         outcomes.estimated.identifiability.condition_number = 400.0;
         outcomes.estimated.fitted[0].after.status = MemberStatus::Diverged { time_s: 12.0 };
-        outcomes.nominal.balance.back_out_j_m2 *= 1.2;
+        outcomes.nominal.balance.hot_out_j_m2 *= 1.2;
         for fault in ["bound", "converge", "ill-conditioned", "balance", "diverged"] {
             assert_eq!(count_of(&outcomes, fault), 1, "{fault}");
         }
@@ -134,7 +146,7 @@ mod tests {
 
     #[test]
     fn residuals_unlike_their_stated_deviations_are_warned_of_with_the_weight_of_the_data_against_priors() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = correlated();
         assert_eq!(count_of(&outcomes, "The residuals are 2.1 times the stated standard deviations."), 1);
         assert_eq!(count_of(&outcomes, "Against the priors"), 0, "there are none");
         outcomes.estimated.prior = Some(crate::case::Bounds::Small);
@@ -147,7 +159,7 @@ mod tests {
 
     #[test]
     fn of_two_estimates_with_negative_correlation_the_product_is_determined() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = correlated();
         let combination = &mut outcomes.estimated.combinations[0];
         (combination.is_ratio, combination.correlation, combination.value) = (false, -0.993, 0.9894);
         assert_eq!(count_of(&outcomes, "The data determine their product f_k_INS·f_cp_INS: 0.989 ± 0.3 %"), 1);
@@ -157,20 +169,21 @@ mod tests {
         assert_eq!(count_of(&outcomes, "have correlation -0.993"), 0);
     }
 
-    /// The traces of the fixture are 80 s long.
+    /// The limit is half of the longest trace.
     #[test]
     fn a_correlation_time_comparable_to_the_run_is_warned_of_as_the_intervals_are_too_short() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = correlated();
+        assert_eq!(outcomes.estimated.longest_trace_s(), 200.0);
         assert_eq!(count_of(&outcomes, "the intervals are too short"), 0);
-        outcomes.estimated.correlation_time_s = 39.0;
+        outcomes.estimated.correlation_time_s = 95.0;
         assert_eq!(count_of(&outcomes, "the intervals are too short"), 0);
-        outcomes.estimated.correlation_time_s = 60.0;
-        assert_eq!(count_of(&outcomes, "correlate over 60 s, and the longest trace is 80 s"), 1);
+        outcomes.estimated.correlation_time_s = 110.0;
+        assert_eq!(count_of(&outcomes, "correlate over 110 s, and the longest trace is 200 s"), 1);
     }
 
     #[test]
     fn autocorrelated_rounding_errors_are_not_warned_of() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = correlated();
         assert_eq!(count_of(&outcomes, "autocorrelated"), 1);
         for (_, after) in &mut outcomes.estimated.fitted[0].misfits {
             after.rms_k = 1e-6;
@@ -180,7 +193,7 @@ mod tests {
 
     #[test]
     fn residuals_that_seem_correlated_are_warned_of_whatever_their_correlation_at_lag_one() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = correlated();
         (outcomes.estimated.autocorrelation, outcomes.estimated.correlation_probability) = (0.3, 0.4);
         assert_eq!(count_of(&outcomes, "autocorrelated (0.30 at lag one)"), 1);
         outcomes.estimated.correlation_probability = 0.2;

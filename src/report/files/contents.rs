@@ -143,7 +143,7 @@ fn plain(markdown: &str) -> String {
 mod tests {
     use super::*;
     use crate::report::files::tables as written;
-    use crate::report::fixture;
+    use crate::report::marched;
     use crate::study::observation_check::FlagKind;
     use crate::traces::Gauge;
 
@@ -204,8 +204,8 @@ mod tests {
 
     #[test]
     fn every_file_of_a_report_has_a_meaning() {
-        let answers = fixture::outcomes().answers("study");
-        let files = written::all(&answers).expect("the tables of the fixture");
+        let answers = marched::study().answers("study");
+        let files = written::all(&answers).expect("the tables of the study");
         assert!(files.len() > 10);
         let others = ["report.html", "figures/*.svg", "summary.json", "design.toml", "members.parquet"];
         let others = others.into_iter().chain(["traces.parquet", "residuals-lcat-2330.csv", "traces-lcat-2330.csv"]);

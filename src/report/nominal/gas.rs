@@ -113,24 +113,34 @@ fn mass_text(mass_kg_m2: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture;
+    use crate::report::marched;
 
-    fn text(outcomes: &fixture::StudyFixture) -> String {
+    /// A charring layup with these readings.
+    fn charring() -> marched::Study {
+        let mut outcomes = marched::charring();
+        let gauges = &mut outcomes.nominal.gauge_traces;
+        let flux = &mut gauges[Gauge::GasFlux as usize];
+        (flux.peak, flux.peak_time_s) = (0.009, 40.0);
+        (gauges[Gauge::MassLost as usize].end, gauges[Gauge::CharFront as usize].end) = (0.36, 2.5e-3);
+        outcomes
+    }
+
+    fn text(outcomes: &marched::Study) -> String {
         finding(&outcomes.case, &outcomes.nominal).expect("gas moves")
     }
 
     #[test]
     fn a_charring_layup_has_a_finding_with_mass_lost_gas_flux_and_char_depth_and_another_has_none() {
-        let outcomes = fixture::outcomes();
+        let outcomes = marched::study();
         assert_eq!(finding(&outcomes.case, &outcomes.nominal), None);
-        let charring = text(&outcomes.charring());
+        let charring = text(&charring());
         let truth = "Mass lost 0.360 kg/m², peak gas flux 0.00900 kg/m²/s at 40 s; final char depth 2.50 mm.";
         assert_eq!(charring, truth);
     }
 
     #[test]
     fn without_a_front_there_is_no_final_depth() {
-        let mut outcomes = fixture::outcomes().charring();
+        let mut outcomes = charring();
         let front = outcomes.nominal.gauge_traces.iter_mut().find(|reading| reading.gauge == Gauge::CharFront);
         let front = front.expect("a char front");
         (front.peak, front.end) = (0.0, 0.0);
@@ -139,16 +149,24 @@ mod tests {
 
     #[test]
     fn a_negative_gas_flux_is_reported_as_into_the_layup() {
-        let mut outcomes = fixture::outcomes().charring();
+        let mut outcomes = charring();
         outcomes.nominal.gauge_traces[0].peak = -0.002;
-        outcomes.case.layup = fixture::outcomes().case.layup;
+        outcomes.case.layup = marched::study().case.layup;
         assert_eq!(text(&outcomes), "Peak gas flux 0.00200 kg/m²/s into the layup at 40 s.");
         assert!(flux_caption(&outcomes.nominal.gauge_traces[0]).ends_with("0.00200 kg/m²/s (into the layup) at 40 s."));
     }
 
     #[test]
     fn the_mass_balance_reports_its_residual_and_the_heat_of_gas_and_reactions() {
-        let balance_of = fixture::outcomes().charring().nominal.balance;
+        let balance_of = Balance {
+            solid_lost_kg_m2: 0.36,
+            gas_in_kg_m2: 0.002,
+            gas_out_kg_m2: 0.358,
+            gas_stored_kg_m2: 0.004,
+            gas_heat_j_m2: 0.0,
+            reaction_gain_j_m2: 0.0,
+            ..marched::charring().nominal.balance
+        };
         assert!(mass_balance(&balance_of).contains("gas out 0.358 kg/m², gas in the pores 0.00400 kg/m² more"));
         assert!(!mass_balance(&balance_of).contains("energy"), "gas that carries no heat is no term of it");
         let leaking = mass_balance(&Balance { gas_out_kg_m2: 0.286, reaction_gain_j_m2: -2e5, ..balance_of });

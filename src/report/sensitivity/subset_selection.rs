@@ -166,16 +166,40 @@ fn names(case: &Case, set: &Identifiability) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture;
+    use crate::report::marched;
+
+    /// A selection of two of seven factors, of which the case states one.
+    fn selected() -> marched::Study {
+        let mut outcomes = marched::study();
+        let found = &mut outcomes.sensitivity;
+        found.all.condition_number = 2160.0;
+        found.shares = vec![0.21, 0.13, 0.002, 0.37, 0.16, 0.12, 0.008];
+        let dropped = |variable, reason| Dropped { variable, reason };
+        found.reduction = vec![
+            dropped(2, DropReason::SmallEffect { share: 0.002 }),
+            dropped(6, DropReason::SmallEffect { share: 0.008 }),
+            dropped(5, DropReason::Correlation { with: 4, correlation: -1.0 }),
+            dropped(4, DropReason::Condition { with: 3, condition_number: 71.0 }),
+            dropped(1, DropReason::Correlation { with: 3, correlation: -0.97 }),
+        ];
+        let stated = found.stated.as_mut().expect("the case states a set");
+        (stated.factors, stated.condition_number) = (vec![3, 4], 20.1);
+        stated.correlation = vec![vec![1.0, 0.993], vec![0.993, 1.0]];
+        let proposed = &mut found.recommended;
+        (proposed.factors, proposed.condition_number) = (vec![0, 3], 3.2);
+        proposed.standard_errors = vec![0.004, 0.008];
+        proposed.correlation = vec![vec![1.0, -0.41], vec![-0.41, 1.0]];
+        outcomes
+    }
 
     #[test]
     fn the_selection_is_described_in_two_steps_with_the_share_of_each_influential_factor() {
-        let outcomes = fixture::outcomes();
+        let outcomes = selected();
         let steps = steps(&outcomes.case, &outcomes.sensitivity);
         assert_eq!(
             steps,
             [
-                "5 of 7 factors influence TC4 from 0 s to 80 s; shares of the variance: f_k_INS (37 %), f_eps_OF (21 \
+                "5 of 7 factors influence TC4 from 0 s to 200 s; shares of the variance: f_k_INS (37 %), f_eps_OF (21 \
                  %), f_cp_INS (16 %), f_k_OF (13 %) and f_rho_INS (12 %).",
                 "Of these, f_eps_OF and f_k_INS can be estimated together (condition number 3.20; 2,160 for all \
                  factors)."
@@ -185,7 +209,7 @@ mod tests {
 
     #[test]
     fn each_difference_between_the_stated_and_the_proposed_set_has_a_number() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = selected();
         let text = stated_set(&outcomes.case, &outcomes.sensitivity).expect("the case states a set");
         for part in [
             "The case estimates f_k_INS and f_cp_INS (condition number 20.1, correlation of the estimates +0.993).",
@@ -206,11 +230,11 @@ mod tests {
 
     #[test]
     fn factors_without_effect_are_not_influential() {
-        let mut outcomes = fixture::outcomes();
+        let mut outcomes = marched::study();
         let none = |variable| Dropped { variable, reason: DropReason::NoEffect };
         outcomes.sensitivity.reduction = (0..7).map(none).collect();
         outcomes.sensitivity.recommended.factors.clear();
         let steps = steps(&outcomes.case, &outcomes.sensitivity);
-        assert_eq!(steps, ["No factor influences TC4 from 0 s to 80 s.", "None can be estimated from the data."]);
+        assert_eq!(steps, ["No factor influences TC4 from 0 s to 200 s.", "None can be estimated from the data."]);
     }
 }
