@@ -8,6 +8,7 @@ use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::plan::Plan;
 use bondline::study::estimate::{SearchOptions, estimate};
+use bondline::work_log::NoLog;
 use common::{BenchBackend, gpu_backends, shortest, simd_backends};
 use std::hint::black_box;
 use std::time::Instant;
@@ -37,8 +38,8 @@ fn main() {
                 let jacobian_s = began.elapsed().as_secs_f64();
 
                 let (began, before_s) = (Instant::now(), backend.march.seconds);
-                let found =
-                    estimate(&[(&case, &plan)], &mut backend.march, &SearchOptions::for_precision(backend.precision));
+                let search = SearchOptions::for_precision(backend.precision);
+                let found = estimate(&[(&case, &plan)], &mut backend.march, &search, &mut NoLog);
                 let found = found.unwrap_or_else(|error| panic!("{id}: {error}"));
                 let estimate_s = began.elapsed().as_secs_f64();
                 // The first round is warm-up: it compiles kernels and touches memory.
