@@ -324,6 +324,33 @@ small = [0.9, 1.1]
     assert!(tangents.trace(1, 0)[1] > 0.0);
 }
 
+/// The profile bends between nodes and is hottest at the contact of a ply that cools from the start.
+#[test]
+fn at_the_start_the_hottest_point_of_a_part_is_that_of_the_stated_profile() {
+    let text = r#"
+duration = "60 s"
+initial_temperature = [["0 mm", "300 K"], ["2.1 mm", "480 K"], ["12 mm", "310 K"]]
+ply = [
+    { name = "S", material = "constant", thickness = "5 mm", limit = "700 K", limit_below = "650 K" },
+    { name = "T", material = "constant", thickness = "7 mm", limit = "600 K" },
+]
+contact_conductance = "200 W/m^2/K"
+sensor = [{ name = "F", depth = "0 mm" }]
+hot_face = { kind = "held", temperature = "500 K" }
+"#;
+    let case = load(text);
+    let mut session = Session::open(case, &Options::default()).expect("the processor marches");
+    let found = session.predict().expect("the processor marches");
+    let between_k = 480.0 - 170.0 * 2.9 / 9.9;
+    for (limit, expected_k) in [500.0, between_k, between_k].into_iter().enumerate() {
+        let found_k = found.limited_k[limit][0];
+        assert!((found_k - expected_k).abs() < 1e-9, "limit {limit}: {found_k} K for {expected_k} K");
+    }
+    for (margin, expected_k) in found.margins.iter().zip([500.0, between_k, between_k]) {
+        assert!(margin.peak.temperature_k >= expected_k - 1e-9, "{:?}, at least {expected_k} K", margin.peak);
+    }
+}
+
 /// A bead starts at the initial temperature of its depth, also on a face that is held at another one, and then follows
 /// the face: 400 K + 50 K exp(−t/20 s).
 #[test]

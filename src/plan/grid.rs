@@ -127,11 +127,11 @@ impl Grid {
         link_cells(&mut cells, case, &faces_m);
         let mut sensors: Vec<_> =
             case.sensors.iter().map(|sensor| locate_sensor(&cells, &plies, &faces_m, sensor, case)).collect();
-        for LimitReading { nodes_of, faces } in LimitReading::of_case(case) {
+        for LimitReading { nodes_of, faces, start_k } in LimitReading::of_case(case) {
             let rows = faces.iter().map(|face| locate_sensor(&cells, &plies, &faces_m, face, case));
             let rows: Vec<_> = rows.collect();
             let nodes = nodes_of.map_or((0, 0), |ply| plies[ply]);
-            sensors.push(locate_part(nodes, rows.len()));
+            sensors.push(locate_part(nodes, rows.len(), start_k));
             sensors.extend(rows);
         }
         Self { cells, plies, sensors }
@@ -277,7 +277,7 @@ pub(super) fn start_reading_k(sensor: &case::Sensor, place: &SensorLocation<u32>
 }
 
 /// The row of a part with a temperature limit: the highest of some nodes, and of the faces in the rows after it.
-fn locate_part((first, end): (usize, usize), faces: usize) -> (SensorLocation<u32>, Sensor<f64>) {
+fn locate_part((first, end): (usize, usize), faces: usize, start_k: f64) -> (SensorLocation<u32>, Sensor<f64>) {
     let place = SensorLocation {
         cell: 0,
         ply_above: 0,
@@ -291,7 +291,7 @@ fn locate_part((first, end): (usize, usize), faces: usize) -> (SensorLocation<u3
         end_node: end as u32,
         faces: faces as u32,
     };
-    (place, Sensor { above: 0.0, below: 0.0, above_m: 0.0, below_m: 0.0, depth_m: 0.0, start_k: 0.0 })
+    (place, Sensor { above: 0.0, below: 0.0, above_m: 0.0, below_m: 0.0, depth_m: 0.0, start_k })
 }
 
 /// Number of node-to-node steps that start within `reach_m`, the first at `first_m`.

@@ -12,6 +12,9 @@ pub(super) struct LimitReading {
     pub(super) nodes_of: Option<usize>,
     /// The faces that are read.
     pub(super) faces: Vec<Sensor>,
+    /// The highest temperature at 0 s, K: of the initial profile, whose bends and values at interfaces nodes and their
+    /// fluxes would miss, and of prescribed temperatures.
+    pub(super) start_k: f64,
 }
 
 impl LimitReading {
@@ -32,15 +35,33 @@ impl LimitReading {
         match part {
             LimitedPart::Sensor(_) => None,
             LimitedPart::Interface(ply) => {
-                Some(Self { nodes_of: None, faces: vec![face(ply, Side::Above), face(ply, Side::Below)] })
+                let start_k = case.exposure.initial_temperature_k(faces_m[ply]);
+                Some(Self { nodes_of: None, faces: vec![face(ply, Side::Above), face(ply, Side::Below)], start_k })
             }
             LimitedPart::Ply(ply) => {
                 let above = ply.checked_sub(1).map(|above| face(above, Side::Below));
                 let below = (ply < faces_m.len()).then(|| face(ply, Side::Above));
-                Some(Self { nodes_of: Some(ply), faces: above.into_iter().chain(below).collect() })
+                let faces = above.into_iter().chain(below).collect();
+                Some(Self { nodes_of: Some(ply), faces, start_k: highest_start_k(case, ply) })
             }
         }
     }
+}
+
+/// The highest temperature of a ply at 0 s, K.
+fn highest_start_k(case: &Case, ply: usize) -> f64 {
+    let (layup, exposure) = (&case.layup, &case.exposure);
+    let faces_m = layup.interfaces_m();
+    let top_m = if ply == 0 { layup.origin_m } else { faces_m[ply - 1] };
+    let bottom_m = faces_m.get(ply).copied().unwrap_or(layup.back_m());
+    let ends_k = [top_m, bottom_m].map(|depth_m| exposure.initial_temperature_k(depth_m));
+    let inside = exposure.initial_k.iter().filter(|(depth_m, _)| (top_m..=bottom_m).contains(depth_m));
+    let held = [(&exposure.hot_face, 0), (&exposure.back_face, layup.plies.len() - 1)].into_iter();
+    let held_k = held.filter_map(|(face, at)| match face {
+        Face::Held(temperature_k) if at == ply => Some(temperature_k.after(0.0)),
+        _ => None,
+    });
+    ends_k.into_iter().chain(inside.map(|&(_, start_k)| start_k)).chain(held_k).fold(0.0, f64::max)
 }
 
 /// A temperature limit of a plan.
