@@ -112,7 +112,7 @@ fn session(case: Case, precision: Precision) -> Session {
     Session::open(case, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The error of an answer, which includes its rounding if that of f32.
+/// The stated error of an answer, K. In f32 it includes the rounding.
 fn stated_k(estimate: Option<&ErrorEstimate>, precision: Precision) -> f64 {
     let estimate = estimate.expect("adapted cells");
     assert_eq!(estimate.rounding.is_some(), precision == Precision::F32, "{precision:?}");

@@ -12,8 +12,8 @@ pub(super) struct LimitReading {
     pub(super) nodes_of: Option<usize>,
     /// The faces that are read.
     pub(super) faces: Vec<Sensor>,
-    /// The highest temperature at 0 s, K: of the initial profile, whose bends and values at interfaces nodes and their
-    /// fluxes would miss, and of prescribed temperatures.
+    /// The highest temperature at 0 s, K, of the initial profile and of prescribed temperatures. Nodes and the fluxes
+    /// between them would miss it at a bend of the profile and at an interface.
     pub(super) start_k: f64,
 }
 

@@ -203,8 +203,8 @@ const MIN_COOLING_K: f64 = 1.0;
 const SEARCH_ACCURACY: f64 = 1e-4;
 
 /// Find the required thickness. The same members are marched at every thickness (common random numbers), so the
-/// required thickness is as smooth as the peaks. `log` keeps the members that are marched, but for
-/// those of the independent check.
+/// required thickness is as smooth as the peaks. `log` keeps the members that are marched, but for those of the
+/// independent check.
 ///
 /// # Errors
 /// When the ply cannot be sized, its thickness does not cool the part, or the device fails. No allowed thickness
