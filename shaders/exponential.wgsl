@@ -2,7 +2,7 @@
 
 struct ExpParts {
     power_of_two: real,
-    part: real,
+    reduced_expm1: real,
 }
 
 fn two_terms(term: real, next: real, rest: real) -> real {
@@ -33,13 +33,13 @@ fn exp_parts(x: real) -> ExpParts {
 }
 
 fn exponential(x: real) -> real {
-    let power = exp_parts(x);
-    return (power.part + 1.0) * power.power_of_two;
+    let parts = exp_parts(x);
+    return (parts.reduced_expm1 + 1.0) * parts.power_of_two;
 }
 
 fn decay(x: real) -> real {
-    let power = exp_parts(-x);
-    return (1.0 - power.power_of_two) - power.power_of_two * power.part;
+    let parts = exp_parts(-x);
+    return (1.0 - parts.power_of_two) - parts.power_of_two * parts.reduced_expm1;
 }
 
 fn logarithm(x: real) -> real {

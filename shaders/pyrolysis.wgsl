@@ -102,8 +102,8 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
     var second_stage = virgin();
     var first_stage = virgin();
     let has_one_path = ply.states == 2u;
-    var second_moved = real(0.0);
-    var first_moved = real(0.0);
+    var second_stage_transfer = real(0.0);
+    var first_stage_transfer = real(0.0);
     for (var j = ply.first_reaction; j < ply.end_reaction; j++) {
         let place = i * REACTIONS + j - ply.first_reaction;
         let reaction = plan.reactions[j];
@@ -146,8 +146,8 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
         lag = lag * reaction.share;
         lead = lead * reaction.share;
         if has_one_path {
-            second_moved = second_moved + lag;
-            first_moved = first_moved + lead;
+            second_stage_transfer = second_stage_transfer + lag;
+            first_stage_transfer = first_stage_transfer + lead;
         } else {
             second_stage = transfer_volume(second_stage, path, lag);
             first_stage = transfer_volume(first_stage, path, lead);
@@ -155,8 +155,8 @@ fn advance_cell_reactions(p: u32, i: u32, step_length_s: real, next_s: real) {
     }
     if has_one_path {
         let path = plan.reaction_paths[ply.first_reaction];
-        second_stage = transfer_volume(second_stage, path, second_moved);
-        first_stage = transfer_volume(first_stage, path, first_moved);
+        second_stage = transfer_volume(second_stage, path, second_stage_transfer);
+        first_stage = transfer_volume(first_stage, path, first_stage_transfer);
     }
     store_phases(p, i, second_stage, first_stage);
     let gas_made = scale.loss * gas_sum;

@@ -38,19 +38,19 @@ fn surface_flux(
     enthalpy_slope_j_kg_k: real,
     blown_kg_m2_s: real,
 ) -> SurfaceFlux {
-    let emission = min(scale.emissivity * emissivity, 1.0);
+    let capped_emissivity = min(scale.emissivity * emissivity, 1.0);
     let hot_wall = forcing.hot_wall;
     var convected = scale.heating * forcing.convection;
     if forcing.blowing != 0.0 {
         convected = convected * blowing_share(convected * hot_wall, forcing.blowing * blown_kg_m2_s);
     }
     let film = scale.film * forcing.film_w_m2_k;
-    let radiance = scale.exchange * emission * real(STEFAN_BOLTZMANN);
+    let radiance = scale.exchange * capped_emissivity * real(STEFAN_BOLTZMANN);
     let surroundings = forcing.surroundings_k;
     let square = temperature_k * temperature_k;
     let surroundings_square = surroundings * surroundings;
     var flux = convected * (forcing.recovery - hot_wall * enthalpy_j_kg);
-    flux = flux + scale.heating * emission * forcing.radiant_w_m2;
+    flux = flux + scale.heating * capped_emissivity * forcing.radiant_w_m2;
     flux = flux + film * (forcing.gas_k - temperature_k);
     flux = flux + radiance * (surroundings_square * surroundings_square - square * square);
     var slope = -(convected * hot_wall * enthalpy_slope_j_kg_k);

@@ -68,7 +68,7 @@ const COARSENING_WORK_RATIO: f64 = 0.97;
 /// the largest.
 const VERIFICATION_ROUNDS: usize = 5;
 /// Division of the steps alone, in the verification of cases with a steep emissivity.
-const STEPS_ALONE: usize = 8;
+const STEP_DIVISION: usize = 8;
 /// An emissivity is steep where it changes the emitted flux more than this multiple of what T⁴ does.
 const STEEP_EMISSIVITY: f64 = 1.0;
 /// Smallest growth of the densities in a round of verification: a ply of few cells would not get another.
@@ -217,13 +217,13 @@ pub(crate) fn with_nominal_rounding(case: &Case, plan: Plan, precision: Precisio
 /// As [`adapt_monitored`].
 fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<Plan, MarchError> {
     let trials = Trials { monitor, marched: Mutex::new(0) };
-    let stated = Plan::new(case);
-    let Some(tolerance_k) = adapted_tolerance_k(case) else { return Ok(stated) };
-    let mut discretisation = Discretisation::initial(case, &stated);
+    let stated_plan = Plan::new(case);
+    let Some(tolerance_k) = adapted_tolerance_k(case) else { return Ok(stated_plan) };
+    let mut discretisation = Discretisation::initial(case, &stated_plan);
     let mut best: Option<(Discretisation, OutputErrors, f64)> = None;
     let mut rounds_without_gain = 0;
     for _ in 0..MAX_ROUNDS {
-        let plan = stated.rediscretised(case, discretisation.clone());
+        let plan = stated_plan.rediscretised(case, discretisation.clone());
         if cell_steps(&plan) > MAX_CELL_STEPS {
             break;
         }
@@ -239,7 +239,7 @@ fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<P
         let refinements = refinements
             .into_par_iter()
             .map(|finer| {
-                let finer = stated.rediscretised(case, finer);
+                let finer = stated_plan.rediscretised(case, finer);
                 let cost = cell_steps(&finer) / cell_steps(&plan) - 1.0;
                 Ok((OutputErrors::twofold(&base, &trials.march(&finer, members)?, tolerance_k), cost))
             })
@@ -254,10 +254,10 @@ fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<P
             .collect();
         let estimate = refinements.into_iter().next().map(|(estimate, _)| estimate).unwrap_or_default();
         let error = estimate.max_relative();
-        let is_better = best.as_ref().is_none_or(|(_, incumbent, kept_work)| {
+        let is_better = best.as_ref().is_none_or(|(_, incumbent, best_cell_steps)| {
             let incumbent = incumbent.max_relative();
             match (error <= 1.0, incumbent <= 1.0) {
-                (true, true) => cell_steps(&plan) < *kept_work,
+                (true, true) => cell_steps(&plan) < *best_cell_steps,
                 (false, false) => error < incumbent,
                 (is_within, _) => is_within,
             }
@@ -279,25 +279,25 @@ fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<P
             }
         }
         if error <= 1.0
-            && cell_steps(&stated.rediscretised(case, next.clone())) > CONTINUE_WORK_RATIO * cell_steps(&plan)
+            && cell_steps(&stated_plan.rediscretised(case, next.clone())) > CONTINUE_WORK_RATIO * cell_steps(&plan)
         {
             break;
         }
         discretisation = next;
     }
-    let Some((mut discretisation, mut estimate, _)) = best else { return Ok(stated) };
-    let mut plan = stated.rediscretised(case, discretisation.clone());
+    let Some((mut discretisation, mut estimate, _)) = best else { return Ok(stated_plan) };
+    let mut plan = stated_plan.rediscretised(case, discretisation.clone());
     // The rounds end when the next is unlikely to reduce the work; the remaining margin of the tolerance is used by
     // scaling all densities down.
     let coarsening = |error: f64| (error / COARSENING_TARGET).powf(1.0 / CONVERGENCE_ORDERS[1]);
     let mut times = coarsening(estimate.max_relative());
     for _ in 0..COARSENING_TRIALS {
         let fewer = discretisation.clone().with_cell_counts_of(&plan).with_densities_scaled(times);
-        let coarser = stated.rediscretised(case, fewer.clone());
+        let coarser = stated_plan.rediscretised(case, fewer.clone());
         if estimate.max_relative() > 1.0 || cell_steps(&coarser) > COARSENING_WORK_RATIO * cell_steps(&plan) {
             break;
         }
-        let finer = stated.rediscretised(case, fewer.refined(2));
+        let finer = stated_plan.rediscretised(case, fewer.refined(2));
         let (base, finer) = rayon::join(|| trials.march(&coarser, members), || trials.march(&finer, members));
         let found = OutputErrors::twofold(&base?, &finer?, tolerance_k);
         if found.max_relative() <= 1.0 {
@@ -307,8 +307,8 @@ fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<P
             times = 0.5 * (1.0 + times);
         }
     }
-    if let Some((completed, finer)) = completing(&trials, case, &stated, &discretisation, &plan)? {
-        let halved = trials.march(&stated.rediscretised(case, completed.refined(2)), members)?;
+    if let Some((completed, finer)) = completing(&trials, case, &stated_plan, &discretisation, &plan)? {
+        let halved = trials.march(&stated_plan.rediscretised(case, completed.refined(2)), members)?;
         estimate = OutputErrors::twofold(&trials.march(&finer, members)?, &halved, tolerance_k);
         (discretisation, plan) = (completed, finer);
     }
@@ -319,7 +319,7 @@ fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<P
         if 16.0 * cell_steps(&finer) > MAX_VERIFICATION_CELL_STEPS {
             break;
         }
-        let found = refined_marches(&trials, case, &stated, &finer, members, tolerance_k)?.errors();
+        let found = refined_marches(&trials, case, &stated_plan, &finer, members, tolerance_k)?.errors();
         // With many more cells and steps a march may diverge where this one does not.
         if !found.max_relative().is_finite() {
             break;
@@ -330,7 +330,7 @@ fn adapt_members(case: &Case, members: &Ensemble, monitor: &Monitor) -> Result<P
             .clone()
             .with_cell_counts_of(&plan)
             .with_densities_scaled(more.clamp(MIN_DENSITY_GROWTH, MAX_DENSITY_CHANGE));
-        let finer = stated.rediscretised(case, next.clone());
+        let finer = stated_plan.rediscretised(case, next.clone());
         if estimate.max_relative() > 1.0 && cell_steps(&finer) <= MAX_CELL_STEPS {
             denser = Some((next, finer));
         }
@@ -432,19 +432,29 @@ pub(crate) fn member_errors_k(
 fn refined_marches(
     trials: &Trials<'_>,
     case: &Case,
-    stated: &Plan,
+    stated_plan: &Plan,
     plan: &Plan,
     members: &Ensemble,
     tolerance_k: f64,
 ) -> Result<RefinedTraces, MarchError> {
-    let refined = |finer: Discretisation| trials.march(&stated.rediscretised(case, finer), members);
+    let refined = |finer: Discretisation| trials.march(&stated_plan.rediscretised(case, finer), members);
     let by = |times: usize| refined(plan.discretisation.refined(times));
-    let steps_alone =
-        || has_steep_emissivity(case).then(|| refined(plan.discretisation.with_divided_steps(STEPS_ALONE))).transpose();
-    let (quartered, (base, (halved, divided))) =
-        rayon::join(|| by(4), || rayon::join(|| trials.march(plan, members), || rayon::join(|| by(2), steps_alone)));
+    let march_step_divided = || {
+        has_steep_emissivity(case).then(|| refined(plan.discretisation.with_divided_steps(STEP_DIVISION))).transpose()
+    };
+    let (quartered, (base, (halved, step_divided))) = rayon::join(
+        || by(4),
+        || rayon::join(|| trials.march(plan, members), || rayon::join(|| by(2), march_step_divided)),
+    );
     let is_steep = plan.rows.has_steep_conductivities;
-    Ok(RefinedTraces { tolerance_k, base: base?, halved: halved?, quartered: quartered?, divided: divided?, is_steep })
+    Ok(RefinedTraces {
+        tolerance_k,
+        base: base?,
+        halved: halved?,
+        quartered: quartered?,
+        step_divided: step_divided?,
+        is_steep,
+    })
 }
 
 /// Whether the emissivity of a face rises or falls so steeply with temperature that it changes the emitted flux more
@@ -487,7 +497,7 @@ pub(crate) struct CheckedPlan {
 fn completing(
     trials: &Trials<'_>,
     case: &Case,
-    stated: &Plan,
+    stated_plan: &Plan,
     discretisation: &Discretisation,
     plan: &Plan,
 ) -> Result<Option<(Discretisation, Plan)>, MarchError> {
@@ -507,7 +517,7 @@ fn completing(
             break;
         }
         denser = denser.with_twice_the_steps();
-        let finer = stated.rediscretised(case, denser.clone());
+        let finer = stated_plan.rediscretised(case, denser.clone());
         let remaining = diverging(&finer)?;
         if remaining < number {
             (completed, number) = (Some((denser.clone(), finer)), remaining);

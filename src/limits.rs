@@ -64,7 +64,7 @@ pub const TEXT_FILE_MIB: Limit = Limit { quantity: "MiB of a case, material or g
 pub const TABLE_FILE_MIB: Limit = Limit { quantity: "MiB of a table file", max: 64 };
 /// A full sheet of a million rows and ten numbers, in 40 bytes each.
 pub const UNPACKED_MIB: Limit = Limit { quantity: "MiB of an unpacked workbook", max: 512 };
-/// The texts of a workbook are held in memory.
+/// The shared strings of a workbook, which are held in memory.
 pub const SHARED_TEXTS_MIB: Limit = Limit { quantity: "MiB of the texts of a workbook", max: 64 };
 /// Styles and lists of sheets, which are held in memory too.
 pub const WORKBOOK_PART_MIB: Limit = Limit { quantity: "MiB of a part of a workbook that is no sheet", max: 8 };

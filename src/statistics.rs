@@ -28,7 +28,7 @@ pub use sensitivity_indices::SensitivityIndices;
 
 use crate::ensemble::Marginal;
 use basis::Basis;
-use histogram::CarriedRows;
+use histogram::PayloadRows;
 use member_sample::MemberSample;
 use nalgebra::DMatrix;
 use output::{FactorDeviations, OutputSums};
@@ -78,7 +78,7 @@ pub struct Accumulator {
     factors: Vec<Sums>,
     /// Per factor: sum of its grades, and sums of products with the grades of each factor up to it.
     grades: Vec<Vec<i128>>,
-    /// Σφφ': each function with those up to it.
+    /// Gram matrix Σφφ′ of the basis functions; row i holds the columns 0 to i.
     gram: Vec<Vec<i128>>,
     sample: MemberSample,
 }
@@ -171,7 +171,7 @@ impl Accumulator {
         let grades: Vec<Vec<u32>> = rows.par_iter().map(grades).collect();
         let shifts = FactorDeviations {
             quanta: (0..marginals.len()).flat_map(quanta).collect(),
-            grades: CarriedRows::new(marginals.len(), grades.into_iter()),
+            grades: PayloadRows::new(marginals.len(), grades.into_iter()),
         };
         for (sums, quanta) in self.factors.iter_mut().zip(shifts.quanta.chunks(rows.len())) {
             sums.add(quanta);

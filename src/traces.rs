@@ -43,7 +43,7 @@ pub struct Traces {
 pub struct Peak {
     /// The highest temperature, K.
     pub temperature_k: f64,
-    /// The time at which it is first reached, s.
+    /// The first time at which this temperature is reached, s.
     pub time_s: f64,
 }
 
@@ -54,7 +54,7 @@ pub struct Peak {
 pub struct GaugePeak {
     /// The value of largest magnitude, with its sign: a gas flux that is always inward has no positive peak.
     pub value: f64,
-    /// The time at which it is first reached, s.
+    /// The first time at which this value is reached, s.
     pub time_s: f64,
 }
 

@@ -97,14 +97,14 @@ impl OutputErrors {
 }
 
 /// Traces of members on a plan, and with twice and four times its cells and steps; where the emissivity is steep also
-/// with [`STEPS_ALONE`](super::STEPS_ALONE) times its steps.
+/// with [`STEP_DIVISION`](super::STEP_DIVISION) times its steps.
 #[derive(Clone, Debug)]
 pub(crate) struct RefinedTraces {
     pub(super) tolerance_k: f64,
     pub(super) base: Traces,
     pub(super) halved: Traces,
     pub(super) quartered: Traces,
-    pub(super) divided: Option<Traces>,
+    pub(super) step_divided: Option<Traces>,
     /// Whether a ply has a steep conductivity.
     pub(super) is_steep: bool,
 }
@@ -115,9 +115,9 @@ impl RefinedTraces {
         let twofold = OutputErrors::twofold(&self.base, &self.halved, self.tolerance_k);
         let ratio = if self.is_steep { FIRST_ORDER_FOURFOLD_RATIO } else { FOURFOLD_ERROR_RATIO };
         let fourfold = OutputErrors::difference(&self.base, &self.quartered, self.tolerance_k).scaled(ratio);
-        let divided =
-            self.divided.iter().map(|divided| OutputErrors::difference(&self.base, divided, self.tolerance_k));
-        divided.fold(fourfold.max(&twofold), |largest, of_steps| largest.max(&of_steps))
+        let step_errors =
+            self.step_divided.iter().map(|divided| OutputErrors::difference(&self.base, divided, self.tolerance_k));
+        step_errors.fold(fourfold.max(&twofold), |largest, of_steps| largest.max(&of_steps))
     }
 
     /// The largest error of a temperature over the members, K; infinite where a march did not complete.

@@ -255,7 +255,7 @@ impl Bounds {
 }
 
 impl Factor {
-    /// A name that `--set NAME=VALUE` and `--start NAME=VALUE,…` can parse.
+    /// The name, if `--set NAME=VALUE` and `--start NAME=VALUE,…` can parse it.
     pub(super) fn checked_name(name: &str) -> Result<&str, String> {
         if checked_name(name)?.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
             return Ok(name);
@@ -263,7 +263,7 @@ impl Factor {
         Err(format!("invalid factor name {name:?}: expected letters, digits, `_` and `-`, such as \"f_k_INS\""))
     }
 
-    /// Side constraints, low and high, above zero.
+    /// Side constraints, low and high, if both are above zero and in this order.
     pub(super) fn checked_bounds((low, high): (f64, f64)) -> Result<(f64, f64), String> {
         if !(positive(low, low).is_ok() && positive(high, high).is_ok()) {
             return Err(format!("expected bounds above 0, found {low} to {high}"));
@@ -274,7 +274,7 @@ impl Factor {
         Ok((low, high))
     }
 
-    /// Large side constraints, which contain the small ones.
+    /// The large side constraints, if they contain the small ones.
     pub(super) fn checked_large(large: (f64, f64), small: (f64, f64)) -> Result<(f64, f64), String> {
         if large.0 > small.0 || large.1 < small.1 {
             return Err(format!(
@@ -285,7 +285,7 @@ impl Factor {
         Ok(large)
     }
 
-    /// A nominal value within the small side constraints.
+    /// The nominal value, if it lies within the small side constraints.
     pub(super) fn checked_nominal(nominal: f64, small: (f64, f64)) -> Result<f64, String> {
         if !(small.0..=small.1).contains(&nominal) {
             return Err(format!("nominal {nominal} lies outside the small bounds {} to {}", small.0, small.1));

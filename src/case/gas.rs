@@ -125,8 +125,9 @@ impl GasFlow {
             let below = plies[index..].iter().find(|ply| is_impermeable(ply));
             (!is_back_open || below.is_some()).then_some(above)
         };
-        let mut makes_gas = plies.iter().enumerate().filter(|(_, ply)| ply.decomposes());
-        let Some((ply, above)) = makes_gas.find_map(|(index, ply)| Some((&ply.name, &sealed_above(index)?.name)))
+        let mut decomposing_plies = plies.iter().enumerate().filter(|(_, ply)| ply.decomposes());
+        let Some((ply, above)) =
+            decomposing_plies.find_map(|(index, ply)| Some((&ply.name, &sealed_above(index)?.name)))
         else {
             return Ok(());
         };

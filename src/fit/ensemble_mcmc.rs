@@ -268,7 +268,7 @@ impl ChainState {
                 position += spacing;
             }
         }
-        // Rounding of the sums can leave out the last one.
+        // Rounding of the cumulative sum can leave the last place empty: the last walker takes it.
         chosen.resize(weights.len(), weights.len() - 1);
         for place in (1..chosen.len()).rev() {
             chosen.swap(place, numbers.uniform_index(place + 1));

@@ -3,7 +3,7 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Residual variance `s² = S/(n − p)` of a fit of `variables` to `samples`; infinite without degrees of
-/// degrees_of_freedom.
+/// freedom.
 pub fn residual_variance(objective: f64, samples: usize, variables: usize) -> f64 {
     if samples > variables { objective / (samples - variables) as f64 } else { f64::INFINITY }
 }
@@ -20,14 +20,14 @@ pub fn lag_one_autocorrelation(traces: &[Vec<f64>]) -> f64 {
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Half-width of a 95 % confidence interval in standard errors: Student's t at 97.5 %. Infinite without degrees of
-/// degrees_of_freedom, and where it would exceed a million.
+/// freedom, and where it would exceed a million.
 pub fn student_95(degrees_of_freedom: f64) -> f64 {
     const LARGEST: f64 = 1e6;
     let Ok(student) = StudentsT::new(0.0, 1.0, degrees_of_freedom) else { return f64::INFINITY };
     if student.cdf(LARGEST) < 0.975 {
         return f64::INFINITY;
     }
-    // Bisection: the inverse in statrs does not return for some degrees of degrees_of_freedom and is wrong above 10⁴.
+    // Bisection: the inverse in statrs does not return for some degrees of freedom and is wrong above 10⁴.
     let (mut low, mut high) = (0.0, LARGEST);
     while high - low > 1e-10 * high {
         let middle = (low + high) / 2.0;

@@ -23,7 +23,7 @@ pub(super) struct LevenbergMarquardt<'a> {
     /// The last accepted trial point, whose derivatives are pending, and its residuals where they are known.
     candidate: DVector<f64>,
     candidate_residuals: Option<DVector<f64>>,
-    /// The step to it.
+    /// The step from the current point to the candidate; `None` for the start.
     candidate_step: Option<Step>,
     /// The model at the current point and the trust region; `None` until the derivatives at the start are known.
     current: Option<(LinearModel, TrustRegion)>,

@@ -42,7 +42,7 @@ pub struct Piece<N = Vec<i128>> {
     failures: Vec<FailureRecord>,
     nominal: NominalRecord,
     numbers: N,
-    /// Stored traces of those of the first members of the sweep that are in this piece.
+    /// Stored traces, by member, of the members of this piece that are among the first of the sweep.
     kept: BTreeMap<usize, Vec<i32>>,
     #[serde(default, skip_serializing_if = "MarginSamples::is_empty")]
     margins: MarginSamples,
@@ -99,7 +99,7 @@ struct NominalRecord {
     /// The envelope that scales deviations of temperatures, K.
     below_k: Vec<f64>,
     above_k: Vec<f64>,
-    /// Of the parts with temperature limits.
+    /// Temperatures of the parts with temperature limits, K.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     limited_k: Vec<f64>,
     gauges: Vec<f64>,

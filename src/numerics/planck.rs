@@ -105,9 +105,9 @@ impl Radiance {
         (reflected < 1.0).then(|| self.temperature_k(seen + (-reflected).ln_1p() - emissivity.ln(), reading_k))
     }
 
-    /// The reading of an instrument set to an emissivity, of a face at a temperature (K) with an emissivity.
-    /// `surroundings` is the logarithm of the radiance that the face reflects. NaN where the temperature is not above
-    /// zero, as of a member that diverged.
+    /// The temperature that an instrument reads from a face with this temperature and emissivity, and its derivatives.
+    /// `setting` is the emissivity set at the instrument, `surroundings` the logarithm of the radiance that the face
+    /// reflects. NaN unless the temperature is above zero and finite; that of a member that diverged may not be.
     pub(crate) fn brightness(self, setting: f64, temperature_k: f64, emissivity: f64, surroundings: f64) -> Brightness {
         // The series of a band then has no end.
         if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&temperature_k) {

@@ -296,10 +296,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.interior_face_flux(cell, here, next, conductance, drop, conductivity_slopes, stage)
     }
 
-    /// What the mean of the conductivities of a cell and the next misses of the integral of the conductivity between
-    /// their temperatures over the temperature drop (Kirchhoff's transformation; Carslaw and Jaeger, 1959, section
-    /// 1.6), which counts a jump of the conductivity where it lies between the nodes; and by how much the upper bound
-    /// of either conductivity exceeds it, W/m/K. States have the mean of their weights in both cells, and pressure
+    /// Corrections of the conductivities of a cell and the next, W/m/K. The first number is the integral mean of the
+    /// conductivity between both temperatures (Kirchhoff's transformation; Carslaw and Jaeger, 1959, section 1.6) minus
+    /// the mean of the two conductivities: the integral includes a jump of the conductivity between the nodes. The
+    /// others are the upper bound of either conductivity minus this conductivity. States have the mean of their weights in both cells, and pressure
     /// levels those of the mean pressure. Within a row of the table the mean is exact, and has no difference of large
     /// numbers.
     #[inline(always)]
@@ -324,8 +324,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for state in 0..MAX_STATES {
                 if state < ply.rows as usize {
                     let [own, next] = rows.map(|row| self.conductivity_integral(p, state, row));
-                    let by_mean = half * (own[0] + next[0]);
-                    let missed = (own[1] - next[1]) * per_drop_1_k - (one - is_same) * by_mean;
+                    let mean_conductivity = half * (own[0] + next[0]);
+                    let missed = (own[1] - next[1]) * per_drop_1_k - (one - is_same) * mean_conductivity;
                     sums[0] = sums[0] + share * (half * (weights[state] + next_weights[state])) * missed;
                     sums[1] = sums[1] + share * weights[state] * (own[2] - own[0]);
                     sums[2] = sums[2] + share * next_weights[state] * (next[2] - next[0]);

@@ -47,13 +47,13 @@ pub struct DoubleWord<R: Real> {
 }
 
 impl<R: Real> DoubleWord<R> {
-    /// From both words; in f64 the second must be zero.
+    /// The number with these words; in f64 the second must be zero.
     #[inline(always)]
     pub fn new(high: R, low: R) -> Self {
         Self { high, second_word: R::SecondWord::of(low) }
     }
 
-    /// A single word.
+    /// The number with this first word and a second word of zero.
     #[inline(always)]
     pub fn single(high: R) -> Self {
         Self::new(high, R::from_f64(0.0))

@@ -37,11 +37,11 @@ pub(super) const SERIES_F32: [f64; 6] = [
     0.001_388_887_292_705_476_3,
 ];
 
-/// eˣ = `2ⁿ (1 + part)`, |part| < 0.42.
+/// eˣ = 2ⁿ eʳ with the reduced argument |r| ≤ ½ ln 2: the factor 2ⁿ, and eʳ − 1, below 0.42 in magnitude.
 #[derive(Clone, Copy)]
 pub struct ExpParts<R> {
     pub power_of_two: R,
-    pub part: R,
+    pub reduced_expm1: R,
 }
 
 /// Two terms of a series, divided by the power of the first.
@@ -72,21 +72,21 @@ pub fn exp_parts<R: Real>(x: R) -> ExpParts<R> {
     } else {
         four_terms(&SERIES_F32, rest, square) + opaque(two_terms(&SERIES_F32[4..], rest) * fourth)
     };
-    ExpParts { power_of_two: exponent.power_of_two(), part: opaque(sum * rest) }
+    ExpParts { power_of_two: exponent.power_of_two(), reduced_expm1: opaque(sum * rest) }
 }
 
 /// eˣ.
 #[inline(always)]
 pub fn exponential<R: Real>(x: R) -> R {
-    let power = exp_parts(x);
-    (power.part + R::constant_from_f64(1.0)) * power.power_of_two
+    let parts = exp_parts(x);
+    (parts.reduced_expm1 + R::constant_from_f64(1.0)) * parts.power_of_two
 }
 
 /// `1 − e⁻ˣ`, accurate for small x.
 #[inline(always)]
 pub fn decay<R: Real>(x: R) -> R {
-    let power = exp_parts(-x);
-    (R::from_f64(1.0) - power.power_of_two) - power.power_of_two * power.part
+    let parts = exp_parts(-x);
+    (R::from_f64(1.0) - parts.power_of_two) - parts.power_of_two * parts.reduced_expm1
 }
 
 /// ln x for x above the smallest normal f32: a series about the nearest power of two, and one step of Halley's method

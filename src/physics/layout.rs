@@ -325,7 +325,7 @@ pub struct PlanRows {
     pub sensor_locations: Vec<SensorLocation<u32>>,
     /// Sensors of the case: the first of these rows.
     pub sensors: usize,
-    /// Whether a factor scales the depth of a sensor; the march skips displaced readings otherwise.
+    /// Whether a factor scales the depth of a sensor; otherwise the march skips the correction of readings.
     pub has_depth_factors: bool,
     /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
     /// where a factor on density scales extinction. Three: solid, gas and radiative, where a factor scales a part.

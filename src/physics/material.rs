@@ -11,8 +11,9 @@ use crate::layout::{BulkProperties, ConductivityColumns, Ply, StateProperties};
 pub struct PlyScale<R> {
     /// Bulk density times the factors on density, heat capacity and thickness, kg/m³.
     pub density_kg_m3: R,
-    /// Factor on heat capacity, and mass of virgin material per unstretched volume, kg/m³.
+    /// Factor on heat capacity.
     pub heat_capacity: R,
+    /// Mass of virgin material per unstretched volume, kg/m³.
     pub mass_kg_m3: R,
     pub thickness: R,
     /// Factors on rate constants, activation energies and heats of reaction.

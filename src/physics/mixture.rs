@@ -473,7 +473,7 @@ pub(super) fn thickness_ratio_of<R: Real>(density: R, ply: PlyScale<R>, bulk: Bu
     R::from_f64(1.0) - (R::from_f64(1.0) - density) * (ply.per_loss * R::constant(bulk.shrinkage))
 }
 
-/// Volume fractions after a transfer of `moved` from one state to another.
+/// Volume fractions after a transfer of `moved_fraction` from one state to another.
 #[inline(always)]
 pub(super) fn transfer_volume<R: Real>(
     mut phases: [R; MAX_STATES],

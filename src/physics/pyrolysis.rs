@@ -182,7 +182,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let advancements = &mut self.reactions.advancements[i * self.plan.max_reactions..][..paths.len()];
         // In a ply of two states every reaction turns virgin material into char: one sum a stage is enough.
         let has_one_path = ply.states == 2;
-        let (mut second_moved, mut first_moved) = (zero, zero);
+        let (mut second_stage_transfer, mut first_stage_transfer) = (zero, zero);
         for j in 0..paths.len() {
             let (reaction, path, done, exposure) = (rows[j], paths[j], advancements[j], exposures[j]);
             let (mut lag, mut lead) = (done.high, done.high);
@@ -219,8 +219,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             let (lag, lead) = (lag * R::constant(reaction.share), lead * R::constant(reaction.share));
             if has_one_path {
-                second_moved = second_moved + lag;
-                first_moved = first_moved + lead;
+                second_stage_transfer = second_stage_transfer + lag;
+                first_stage_transfer = first_stage_transfer + lead;
             } else {
                 second_stage = transfer_volume(second_stage, path, lag);
                 first_stage = transfer_volume(first_stage, path, lead);
@@ -228,8 +228,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         if has_one_path {
             let path = ReactionPath { source: 0, product: 1 };
-            second_stage = transfer_volume(second_stage, path, second_moved);
-            first_stage = transfer_volume(first_stage, path, first_moved);
+            second_stage = transfer_volume(second_stage, path, second_stage_transfer);
+            first_stage = transfer_volume(first_stage, path, first_stage_transfer);
         }
         self.store_phases(p, i, second_stage, first_stage);
         let gas_made = scale.loss * gas_sum;

@@ -78,12 +78,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let is_steep = is_within && is_between_nodes && self.integrates_conductivity(ply);
         let conductance = if is_within {
             let half_over_next_1_m = half_over_distance_1_m::<R>(&self.rows.cells[i]);
-            let by_mean = conductance_within(conductivity, next, half_over_next_1_m);
+            let mean_conductance = conductance_within(conductivity, next, half_over_next_1_m);
             if is_steep {
                 let [missed, ..] = self.conductivity_by_integral(ply, i, difference(here, below), step, 0);
-                by_mean + missed * (half_over_next_1_m + half_over_next_1_m)
+                mean_conductance + missed * (half_over_next_1_m + half_over_next_1_m)
             } else {
-                by_mean
+                mean_conductance
             }
         } else {
             let [below_m, above_m] = self.lengths_to_next_m(i);
@@ -96,8 +96,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         };
         if self.plan.has_depth_factors {
             let flux = conductance * difference(here, below);
-            let displaced = self.depth_correction(sensor, flux / conductivity, flux / next);
-            return add_unnormalized(nominal, displaced);
+            let correction_k = self.depth_correction(sensor, flux / conductivity, flux / next);
+            return add_unnormalized(nominal, correction_k);
         }
         nominal
     }

@@ -67,19 +67,19 @@ pub fn surface_flux<R: Real>(
     blown_kg_m2_s: R,
 ) -> SurfaceFlux<R> {
     // No surface emits more than a black one, whatever a factor or an extrapolated table says.
-    let emission = (scale.emissivity * emissivity).min(R::from_f64(1.0));
+    let capped_emissivity = (scale.emissivity * emissivity).min(R::from_f64(1.0));
     let hot_wall = R::splat(forcing.hot_wall);
     let mut convected = scale.heating * R::splat(forcing.convection);
     if forcing.blowing != R::scalar(0.0) {
         convected = convected * blowing_share(convected * hot_wall, R::splat(forcing.blowing) * blown_kg_m2_s);
     }
     let film = scale.film * R::splat(forcing.film_w_m2_k);
-    let radiance = scale.exchange * emission * R::from_f64(STEFAN_BOLTZMANN);
+    let radiance = scale.exchange * capped_emissivity * R::from_f64(STEFAN_BOLTZMANN);
     let surroundings = R::splat(forcing.surroundings_k);
     let square = temperature_k * temperature_k;
     let surroundings_square = surroundings * surroundings;
     let mut flux = convected * (R::splat(forcing.recovery) - hot_wall * enthalpy_j_kg);
-    flux = flux + scale.heating * emission * R::splat(forcing.radiant_w_m2);
+    flux = flux + scale.heating * capped_emissivity * R::splat(forcing.radiant_w_m2);
     flux = flux + film * (R::splat(forcing.gas_k) - temperature_k);
     flux = flux + radiance * (surroundings_square * surroundings_square - square * square);
     let mut slope = -(convected * hot_wall * enthalpy_slope_j_kg_k);

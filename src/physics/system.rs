@@ -266,9 +266,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         flush_tiny(sweep.rhs)
     }
 
-    /// The node whose row precedes those within a ply, and the fluxes between it and the next: the first node of the
-    /// layup, the last of the ply before, or, past the last ply, the last of the layup. `None` if the first ply has one
-    /// cell.
+    /// The node whose matrix row is eliminated before the rows within ply `p`, and the fluxes from this node to the
+    /// next one. It is the first node of the layup for the first ply, the last node of the ply above for a further ply,
+    /// and the last node of the layup if `p` is the number of plies. `None` if the first ply has one cell.
     #[inline(always)]
     fn node_above(&self, p: usize, step: usize, stage: usize) -> Option<(Position, Node<R>, InteriorFaceFlux<R>)> {
         if p == self.scales.plies.len() {

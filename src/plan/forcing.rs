@@ -139,8 +139,9 @@ impl Forcing {
     /// Four rows a step: hot face at its start and end, back face at its start and end; then four rows for the end of
     /// the march.
     pub(super) fn at_step_ends(&self, times_s: &[f64]) -> Vec<BoundaryForcing<f64>> {
-        let close_s = time_tolerance_s(self.duration_s);
-        let values: Vec<Vec<[f64; 2]>> = self.signals.iter().map(|signal| signal.at_steps(times_s, close_s)).collect();
+        let tolerance_s = time_tolerance_s(self.duration_s);
+        let values: Vec<Vec<[f64; 2]>> =
+            self.signals.iter().map(|signal| signal.at_steps(times_s, tolerance_s)).collect();
         let rows = (0..times_s.len() - 1).flat_map(|step| {
             let row_value = |signal: usize, end: usize| (self.signals[signal].row_value)(values[signal][step][end]);
             let of = |face: usize, end: usize| self.faces[face].map(|signal| row_value(signal, end));
@@ -154,21 +155,21 @@ impl Forcing {
     /// The prescribed temperature of a face (0 hot, 1 back) at some instants, K, where the steps smooth it or it jumps
     /// within a step; `None` where the node of the face already has that temperature.
     pub(super) fn held_k(&self, face: usize, times_s: &[f64], instants_s: &[f64]) -> Option<Vec<f64>> {
-        let close_s = time_tolerance_s(self.duration_s);
+        let tolerance_s = time_tolerance_s(self.duration_s);
         let signal = &self.signals[self.faces[face].held_k];
         let is_held = self.faces[face].held_k != ZERO;
         let values = &signal.schedule.values;
         let jumps = || {
             let rows = signal.schedule.times_s.windows(2).zip(values.windows(2));
-            rows.filter(|(times_s, _)| times_s[1] - times_s[0] <= close_s)
+            rows.filter(|(times_s, _)| times_s[1] - times_s[0] <= tolerance_s)
                 .any(|(_, pair)| signal.is_jump(pair[0], pair[1]))
         };
-        let is_smoothed = || times_s.windows(2).any(|step| signal.skips_rows(step, close_s));
+        let is_smoothed = || times_s.windows(2).any(|step| signal.skips_rows(step, tolerance_s));
         (is_held && (jumps() || is_smoothed())).then(|| {
-            let last_s = self.duration_s - close_s;
+            let last_s = self.duration_s - tolerance_s;
             let at = |&instant_s: &f64| match instant_s < last_s {
-                true => signal.schedule.after_within(instant_s, close_s),
-                false => signal.schedule.before_within(instant_s, close_s),
+                true => signal.schedule.after_within(instant_s, tolerance_s),
+                false => signal.schedule.before_within(instant_s, tolerance_s),
             };
             instants_s.iter().map(at).collect()
         })
@@ -275,9 +276,9 @@ impl Signal {
     }
 
     /// The value at the start and at the end of each step.
-    fn at_steps(&self, times_s: &[f64], close_s: f64) -> Vec<[f64; 2]> {
+    fn at_steps(&self, times_s: &[f64], tolerance_s: f64) -> Vec<[f64; 2]> {
         let read = |step: &[f64]| {
-            [self.schedule.after_within(step[0], close_s), self.schedule.before_within(step[1], close_s)]
+            [self.schedule.after_within(step[0], tolerance_s), self.schedule.before_within(step[1], tolerance_s)]
         };
         let mut values: Vec<[f64; 2]> = times_s.windows(2).map(read).collect();
         let (least, most) = self.range;
@@ -287,7 +288,7 @@ impl Signal {
                 continue;
             }
             let mut steps = times_s[first..=end].windows(2).zip(&values[first..end]);
-            if steps.any(|(step, ends)| self.skips_rows(step, close_s) || self.misses_pulse(step, *ends)) {
+            if steps.any(|(step, ends)| self.skips_rows(step, tolerance_s) || self.misses_pulse(step, *ends)) {
                 let mut nodes = self.l2_projection(&times_s[first..=end]);
                 let lengths_s: Vec<f64> = times_s[first..=end].windows(2).map(|step| step[1] - step[0]).collect();
                 let ends = [least, most].map(|value| self.transform.apply(value));
@@ -309,15 +310,15 @@ impl Signal {
         (after - before).abs() > JUMP_TOLERANCE * (most - least)
     }
 
-    /// The rows inside a step.
-    fn rows_inside(&self, step: &[f64], close_s: f64) -> Range<usize> {
+    /// Rows of the schedule inside a step, farther than the tolerance from both of its ends.
+    fn rows_inside(&self, step: &[f64], tolerance_s: f64) -> Range<usize> {
         let times_s = &self.schedule.times_s;
-        let first = times_s.partition_point(|&time_s| time_s <= step[0] + close_s);
-        first..times_s.partition_point(|&time_s| time_s < step[1] - close_s).max(first)
+        let first = times_s.partition_point(|&time_s| time_s <= step[0] + tolerance_s);
+        first..times_s.partition_point(|&time_s| time_s < step[1] - tolerance_s).max(first)
     }
 
-    fn skips_rows(&self, step: &[f64], close_s: f64) -> bool {
-        !self.rows_inside(step, close_s).is_empty()
+    fn skips_rows(&self, step: &[f64], tolerance_s: f64) -> bool {
+        !self.rows_inside(step, tolerance_s).is_empty()
     }
 
     /// Whether a pulse shorter than the tolerance of times lies at an end of a step, where a straight line between the

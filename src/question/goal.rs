@@ -60,16 +60,16 @@ struct GoalOptions {
         arg(long, value_name = "K/N", conflicts_with_all = ["json", "max_failed", "depth_profiles", "part"])
     )]
     #[serde(with = "quantity::text")]
-    piece: Option<EqualPiece>,
+    piece: Option<PieceNumber>,
 }
 
-/// `A..B`
+/// Members A to B-1, written `A..B`.
 #[derive(Clone, Debug)]
 struct MemberRange(Range<usize>);
 
-/// `K/N`
+/// Number K of N equal pieces, written `K/N`.
 #[derive(Clone, Copy, Debug)]
-struct EqualPiece {
+struct PieceNumber {
     number: usize,
     pieces: usize,
 }
@@ -82,7 +82,7 @@ impl TryFrom<GoalOptions> for Goal {
             GoalOptions { until: None, part: None, piece: None } => Ok(Self::Whole),
             GoalOptions { until: Some(target), part: None, piece: None } => Ok(Self::Until(target)),
             GoalOptions { until: None, part: Some(MemberRange(part)), piece: None } => Ok(Self::Part(part)),
-            GoalOptions { until: None, part: None, piece: Some(EqualPiece { number, pieces }) } => {
+            GoalOptions { until: None, part: None, piece: Some(PieceNumber { number, pieces }) } => {
                 Ok(Self::Piece { number, pieces })
             }
             _ => Err("until, part and piece: expected one of them at most"),
@@ -96,7 +96,7 @@ impl From<Goal> for GoalOptions {
             Goal::Whole => Self::default(),
             Goal::Until(target) => Self { until: Some(target), ..Self::default() },
             Goal::Part(part) => Self { part: Some(MemberRange(part)), ..Self::default() },
-            Goal::Piece { number, pieces } => Self { piece: Some(EqualPiece { number, pieces }), ..Self::default() },
+            Goal::Piece { number, pieces } => Self { piece: Some(PieceNumber { number, pieces }), ..Self::default() },
         }
     }
 }
@@ -118,14 +118,14 @@ impl FromStr for MemberRange {
     }
 }
 
-impl fmt::Display for EqualPiece {
+impl fmt::Display for PieceNumber {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{}/{}", self.number, self.pieces)
     }
 }
 
 /// Without K it is the number of the task in a Slurm job array.
-impl FromStr for EqualPiece {
+impl FromStr for PieceNumber {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {

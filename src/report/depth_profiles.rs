@@ -11,8 +11,8 @@ use crate::study::answers::Answers;
 use crate::study::depth_profiles::{CellStates, DepthProfiles, MAX_MEMBERS, ProfileBands, ProfileDepth};
 use serde::Serialize;
 
-/// Instants that one figure shows together.
-const MAX_TOGETHER: usize = 6;
+/// Most instants whose profiles are drawn in one figure.
+const MAX_SHOWN_INSTANTS: usize = 6;
 
 impl Reportable for DepthProfiles {
     fn uses_observations(&self) -> bool {
@@ -23,9 +23,9 @@ impl Reportable for DepthProfiles {
         let case = &answers.case;
         let mut figures = vec![maximum(case, self)];
         // A slider over one instant has nothing to choose.
-        figures.extend((self.instants_s.len() > 1).then(|| over_time(case, self)));
-        figures.push(together(case, self));
-        figures.extend(self.cell_states.iter().flat_map(|states| of_states(case, self, states)));
+        figures.extend((self.instants_s.len() > 1).then(|| time_slider_figure(case, self)));
+        figures.push(instants_figure(case, self));
+        figures.extend(self.cell_states.iter().flat_map(|states| cell_state_figures(case, self, states)));
         figures.into_iter().map(|figure| ("depth-profiles", figure)).collect()
     }
 
@@ -72,7 +72,7 @@ impl Reportable for DepthProfiles {
 struct Record<'a> {
     instants_s: &'a [f64],
     depths: usize,
-    /// Of the bands.
+    /// Members of the bands.
     members: Option<usize>,
 }
 
@@ -153,8 +153,8 @@ fn maximum(case: &Case, found: &DepthProfiles) -> Figure {
     }
 }
 
-/// One instant at a time.
-fn over_time(case: &Case, found: &DepthProfiles) -> Figure {
+/// The profile at one instant, chosen by a slider.
+fn time_slider_figure(case: &Case, found: &DepthProfiles) -> Figure {
     let step = |instant: usize| {
         let mut layers = Vec::new();
         if let Some(bands) = &found.bands {
@@ -191,28 +191,29 @@ fn over_time(case: &Case, found: &DepthProfiles) -> Figure {
     }
 }
 
-/// At most [`MAX_TOGETHER`] of the instants, evenly spread.
-fn shown_together(instants: usize) -> Vec<usize> {
-    let count = instants.min(MAX_TOGETHER);
+/// At most [`MAX_SHOWN_INSTANTS`] of the instants, evenly spread.
+fn shown_instants(instants: usize) -> Vec<usize> {
+    let count = instants.min(MAX_SHOWN_INSTANTS);
     (0..count).map(|n| if count > 1 { n * (instants - 1) / (count - 1) } else { 0 }).collect()
 }
 
-fn some_instants(found: &DepthProfiles, depths: &[ProfileDepth], values: &[Vec<f64>]) -> Vec<Layer> {
+/// One line per shown instant.
+fn instant_lines(found: &DepthProfiles, depths: &[ProfileDepth], values: &[Vec<f64>]) -> Vec<Layer> {
     let line = |(place, instant): (usize, usize)| {
         let name = format::seconds(found.instants_s[instant]);
         profile(name, Ink::Series(place), Stroke::Solid, depths, &values[instant])
     };
-    shown_together(found.instants_s.len()).into_iter().enumerate().map(line).collect()
+    shown_instants(found.instants_s.len()).into_iter().enumerate().map(line).collect()
 }
 
-/// Some instants in one figure.
-fn together(case: &Case, found: &DepthProfiles) -> Figure {
+/// The profiles at the shown instants in one figure.
+fn instants_figure(case: &Case, found: &DepthProfiles) -> Figure {
     let mut layers = vec![interfaces(case, temperatures_k(found))];
-    layers.extend(some_instants(found, &found.depths, &found.nominal_k));
+    layers.extend(instant_lines(found, &found.depths, &found.nominal_k));
     Figure {
         id: "depth-profiles".to_owned(),
         title: "Nominal temperature through the thickness".to_owned(),
-        caption: format!("At {}.", some_of_all(found)),
+        caption: format!("At {}.", shown_count(found)),
         x: depth_axis(case),
         y: Axis::linear("Temperature, K"),
         layers,
@@ -220,8 +221,8 @@ fn together(case: &Case, found: &DepthProfiles) -> Figure {
 }
 
 /// How many of the instants a figure shows.
-fn some_of_all(found: &DepthProfiles) -> String {
-    let (shown, all) = (shown_together(found.instants_s.len()).len(), found.instants_s.len());
+fn shown_count(found: &DepthProfiles) -> String {
+    let (shown, all) = (shown_instants(found.instants_s.len()).len(), found.instants_s.len());
     if shown < all {
         format!("{shown} of {}; the others are in the tables", format::counted(all, "instant"))
     } else {
@@ -229,20 +230,20 @@ fn some_of_all(found: &DepthProfiles) -> String {
     }
 }
 
-/// Density, conversion and pressure.
-fn of_states(case: &Case, found: &DepthProfiles, states: &CellStates) -> Vec<Figure> {
+/// Figures of density, conversion and pressure.
+fn cell_state_figures(case: &Case, found: &DepthProfiles, states: &CellStates) -> Vec<Figure> {
     let figure = |id: &str, title: &str, axis: &str, scale: f64, values: &[Vec<f64>]| {
         let scaled: Vec<Vec<f64>> =
             values.iter().map(|profile| profile.iter().map(|value| scale * value).collect()).collect();
         let mut layers = vec![interfaces(case, extent(scaled.iter().flatten()))];
-        layers.extend(some_instants(found, &states.depths, &scaled));
+        layers.extend(instant_lines(found, &states.depths, &scaled));
         Figure {
             id: id.to_owned(),
             title: title.to_owned(),
             caption: format!(
                 "At {}, with nominal factors, at the nodes of the cells; depths and densities are those of the virgin \
                  layup.",
-                some_of_all(found)
+                shown_count(found)
             ),
             x: depth_axis(case),
             y: Axis::linear(axis),
@@ -407,7 +408,7 @@ mod tests {
     #[test]
     fn the_slider_has_a_step_for_every_instant_and_shows_the_hottest() {
         let (answers, found) = reported();
-        let figure = over_time(&answers.case, &found);
+        let figure = time_slider_figure(&answers.case, &found);
         let drawn = chart::draw(&figure);
         let steps = drawn["layout"]["sliders"][0]["steps"].as_array().expect("steps").clone();
         assert_eq!(steps.len(), found.instants_s.len());
@@ -456,7 +457,7 @@ mod tests {
 
     #[test]
     fn figures_of_many_instants_show_six_from_the_first_to_the_last() {
-        assert_eq!(shown_together(25), [0, 4, 9, 14, 19, 24]);
-        assert_eq!((shown_together(1), shown_together(2)), (vec![0], vec![0, 1]));
+        assert_eq!(shown_instants(25), [0, 4, 9, 14, 19, 24]);
+        assert_eq!((shown_instants(1), shown_instants(2)), (vec![0], vec![0, 1]));
     }
 }

@@ -172,7 +172,7 @@ impl OutputFolder {
 }
 
 impl PartFolder {
-    /// Open the folder for the file `name` and those that belong to it. Other processes may write other files.
+    /// Open the folder to write the file `name` and its checkpoint. Other processes may write other files of the folder.
     ///
     /// # Errors
     /// As [`OutputFolder::open`], and when another process writes a file of this name.

@@ -26,7 +26,8 @@ pub(super) struct SampledRanks {
     /// Members by rising output, and the end of each group of equal ones in it.
     order: Vec<usize>,
     ends: Vec<usize>,
-    /// Of each member: share of the members below it, and half of those that equal it, less one half.
+    /// Centred rank of each member: the share of the members below it, plus half the share of those that equal it, less
+    /// one half.
     pub(super) ranks: Vec<f64>,
 }
 
@@ -108,7 +109,7 @@ const MIN_TRUE_SHARE: f64 = 0.6;
 pub(super) struct PartialScatter {
     /// Variance of `artanh r` of each factor that is linear in the members, times their number.
     scatters: Vec<f64>,
-    /// N, over the variance of the ranks.
+    /// N of the module documentation, relative to the variance of the ranks.
     step_noise: f64,
 }
 

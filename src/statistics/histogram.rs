@@ -4,31 +4,31 @@
 //! multiples of it. So the bins depend on the extremes alone, not on the order; histograms merge to exactly that of all
 //! values, in bounded memory. A sketch such as a t-digest is as small, but depends on the order of merging.
 //!
-//! Values may carry further numbers, which are summed per bin.
+//! A value may have a payload of further numbers, which are summed per bin.
 
 /// Words that are added at once: one vector.
 const WORDS: usize = 4;
 
-/// Rows of numbers that values carry: a one for the count, the numbers, and zeros up to a whole vector.
-pub(super) struct CarriedRows {
+/// The payloads of values, a row each: a one for the count, the numbers, and zeros up to a whole vector.
+pub(super) struct PayloadRows {
     numbers: usize,
     words: Vec<u32>,
 }
 
-impl CarriedRows {
-    /// From numbers, value × number.
+impl PayloadRows {
+    /// Payloads of `numbers` numbers each, one row per value.
     pub(super) fn new(numbers: usize, rows: impl Iterator<Item = Vec<u32>>) -> Self {
-        let mut carried = Self { numbers, words: Vec::new() };
-        let width = carried.width();
+        let mut payloads = Self { numbers, words: Vec::new() };
+        let width = payloads.width();
         for row in rows {
-            carried.words.push(1);
-            carried.words.extend(row);
-            carried.words.resize(carried.words.len().next_multiple_of(width), 0);
+            payloads.words.push(1);
+            payloads.words.extend(row);
+            payloads.words.resize(payloads.words.len().next_multiple_of(width), 0);
         }
-        carried
+        payloads
     }
 
-    /// The numbers of each value.
+    /// The payload of each value.
     pub(super) fn rows(&self) -> impl Iterator<Item = &[u32]> {
         self.words.chunks_exact(self.width()).map(|row| &row[1..=self.numbers])
     }
@@ -42,7 +42,7 @@ impl CarriedRows {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Histogram {
     bins_max: i64,
-    /// Numbers per bin: the count, and the sums of the carried numbers.
+    /// Numbers per bin: the count, and the sums of the payloads.
     columns: usize,
     /// Binary logarithm of the bin width in quanta.
     width_log2: u32,
@@ -52,29 +52,29 @@ pub(super) struct Histogram {
 }
 
 impl Histogram {
-    /// An empty histogram with at most `bins_max` bins, whose values carry `carried` numbers each.
-    pub(super) fn new(bins_max: i64, carried: usize) -> Self {
-        Self { bins_max, columns: 1 + carried, width_log2: 0, lowest: 0, counts: Vec::new() }
+    /// An empty histogram with at most `bins_max` bins, whose values have a payload of `payload` numbers each.
+    pub(super) fn new(bins_max: i64, payload: usize) -> Self {
+        Self { bins_max, columns: 1 + payload, width_log2: 0, lowest: 0, counts: Vec::new() }
     }
 
-    /// Add values that carry no numbers.
+    /// Add values without payloads.
     pub(super) fn add(&mut self, values: &[i64]) {
-        debug_assert_eq!(self.columns, 1, "the values carry numbers");
+        debug_assert_eq!(self.columns, 1, "the values have payloads");
         self.extend_over(values);
         for &value in values {
             self.bin(value)[0] += 1;
         }
     }
 
-    /// Add values with the rows of their numbers. The sums over all values are below 2³², so that four are added at
+    /// Add values with their payloads. The sums over all values are below 2³², so that four are added at
     /// once.
-    pub(super) fn add_carrying(&mut self, values: &[i64], carried: &CarriedRows) {
-        debug_assert_eq!(self.columns, 1 + carried.numbers, "the values carry other numbers");
+    pub(super) fn add_with_payload(&mut self, values: &[i64], payloads: &PayloadRows) {
+        debug_assert_eq!(self.columns, 1 + payloads.numbers, "the payloads have another length");
         self.extend_over(values);
-        let width = carried.width();
+        let width = payloads.width();
         let mut sums = vec![0u32; self.bins().len() * width];
         for (number, &value) in values.iter().enumerate() {
-            let row = &carried.words[number * width..][..width];
+            let row = &payloads.words[number * width..][..width];
             let place = ((value >> self.width_log2) - self.lowest) as usize * width;
             let sums = &mut sums[place..place + width];
             // Indices: `zip` is not inlined from another unit of the build.
@@ -92,7 +92,7 @@ impl Histogram {
         }
     }
 
-    /// Bins in rising order: the count, and the sums of the carried numbers.
+    /// Bins in rising order: the count, and the sums of the payloads.
     pub(super) fn bins(&self) -> impl ExactSizeIterator<Item = &[u64]> {
         self.counts.chunks_exact(self.columns)
     }
@@ -214,14 +214,14 @@ mod tests {
     const BINS_MAX: i64 = if cfg!(miri) { 32 } else { 1024 };
     const VALUES: i64 = if cfg!(miri) { 60 } else { 4000 };
 
-    fn last_digits(values: impl IntoIterator<Item = i64>) -> CarriedRows {
-        CarriedRows::new(1, values.into_iter().map(|value| vec![(value.unsigned_abs() % 10) as u32]))
+    fn last_digits(values: impl IntoIterator<Item = i64>) -> PayloadRows {
+        PayloadRows::new(1, values.into_iter().map(|value| vec![(value.unsigned_abs() % 10) as u32]))
     }
 
     /// A histogram of values that carry their last digit.
     fn of(values: impl IntoIterator<Item = i64>) -> Histogram {
         let mut histogram = Histogram::new(BINS_MAX, 1);
-        values.into_iter().for_each(|value| histogram.add_carrying(&[value], &last_digits([value])));
+        values.into_iter().for_each(|value| histogram.add_with_payload(&[value], &last_digits([value])));
         histogram
     }
 
@@ -235,7 +235,7 @@ mod tests {
         let whole = of(widening());
         assert_eq!(whole, of(widening().rev()));
         let mut together = Histogram::new(BINS_MAX, 1);
-        together.add_carrying(&widening().collect::<Vec<_>>(), &last_digits(widening()));
+        together.add_with_payload(&widening().collect::<Vec<_>>(), &last_digits(widening()));
         assert_eq!(together, whole, "all at once");
         for parted in [1, 10, VALUES as usize - 10] {
             let (mut first, last) = (of(widening().take(parted)), of(widening().skip(parted)));

@@ -1,6 +1,6 @@
 //! Accumulated sums of one output: a temperature at an instant, a peak, or a time.
 
-use super::histogram::{CarriedRows, Histogram};
+use super::histogram::{Histogram, PayloadRows};
 use super::member_sample;
 use super::sums::{Sums, sum_of_products};
 
@@ -36,7 +36,7 @@ pub(super) struct FactorDeviations {
     /// Deviations in quanta, factor × member.
     pub(super) quanta: Vec<i64>,
     /// The grades of each member.
-    pub(super) grades: CarriedRows,
+    pub(super) grades: PayloadRows,
 }
 
 impl OutputSums {
@@ -68,7 +68,7 @@ impl OutputSums {
             *crossed += sum_of_products(factor, quanta);
         }
         self.histogram.add(quanta);
-        self.rank_histogram.add_carrying(quanta, &shifts.grades);
+        self.rank_histogram.add_with_payload(quanta, &shifts.grades);
     }
 
     /// Add the sums of another.

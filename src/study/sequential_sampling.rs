@@ -37,8 +37,8 @@ const GROWTH: f64 = 1.25;
 pub const TAIL: f64 = 0.02;
 /// Probability of exceedance, by the first-order method, below which importance sampling is used.
 pub const RARE: f64 = 0.05;
-/// Members above the limit, by their information, that importance sampling needs for an interval: fewer have no normal
-/// mean.
+/// Effective number of members above the limit that importance sampling needs for an interval: the mean of fewer is
+/// not normally distributed.
 pub const MIN_EFFECTIVE: f64 = 100.0;
 
 /// A percentile or a probability, with its interval.

@@ -1,4 +1,4 @@
-//! Decomposing and porous materials of the problems.
+//! Decomposing and porous materials of the verification problems.
 
 use super::exact::kinetics::Arrhenius;
 use super::problem::provenance;

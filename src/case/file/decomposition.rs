@@ -175,13 +175,13 @@ fn residues(
     }
     let count = sections.len();
     sections.extend(char?);
-    let lost = |index: usize| {
+    let mass_lost = |index: usize| {
         let reactions = reactions.unwrap_or_default();
-        let through = if index == count { reactions } else { &reactions[..reactions.len().min(index + 1)] };
-        through.iter().map(|reaction| reaction.mass_loss).sum::<f64>()
+        let completed_reactions = if index == count { reactions } else { &reactions[..reactions.len().min(index + 1)] };
+        completed_reactions.iter().map(|reaction| reaction.mass_loss).sum::<f64>()
     };
     let mut read = collect_all(sections.iter().enumerate().map(|(index, section)| {
-        let density_kg_m3 = reactions.map(|_| virgin.density_kg_m3 * (1.0 - lost(index)));
+        let density_kg_m3 = reactions.map(|_| virgin.density_kg_m3 * (1.0 - mass_lost(index)));
         residue(section, index < count, absolute, virgin, density_kg_m3)
     }))?;
     if read.len() == count {

@@ -1,6 +1,6 @@
 //! What the files of a report are: the list on its page, and the tables of `docs/reference/outputs.md`.
 
-use super::table::{ColumnDescription, Description};
+use super::table::{ColumnDescription, TableDescription};
 use crate::report::{
     coverage_study, depth_profiles, estimate, experiment_design, history, margins, observation_check, sensitivity,
     sequential_sampling, size, trade, uncertainty,
@@ -15,7 +15,7 @@ const OTHERS: [(&str, &str); 4] = [
 ];
 
 /// Every table that a command writes.
-fn tables() -> Vec<Description> {
+fn tables() -> Vec<TableDescription> {
     vec![
         super::tables::traces_table().description(),
         margins::parts_table().description(),
@@ -61,8 +61,8 @@ pub(super) const STATUS: &str = "status";
 pub(super) const PEAK: &str = "<sensor>_peak_k";
 pub(super) const PEAK_TIME: &str = "<sensor>_peak_time_s";
 
-fn members() -> Description {
-    Description {
+fn members() -> TableDescription {
+    TableDescription {
         files: &["members.parquet"],
         rows: "One row per member (on the command line: `uncertainty --keep members`, `--keep traces`). This \
                file and `traces.parquet` have key-value metadata: `bondline.case`, `bondline.fingerprint` of its \
@@ -81,8 +81,8 @@ fn members() -> Description {
 pub(super) const TIME: &str = "time_s";
 pub(super) const TEMPERATURE: &str = "<sensor>_k";
 
-fn member_traces() -> Description {
-    Description {
+fn member_traces() -> TableDescription {
+    TableDescription {
         files: &["traces.parquet"],
         rows: "One row per completed member and instant (on the command line: `uncertainty --keep traces`).",
         columns: vec![
@@ -93,8 +93,8 @@ fn member_traces() -> Description {
     }
 }
 
-fn measured() -> Description {
-    Description {
+fn measured() -> TableDescription {
+    TableDescription {
         files: &["measured.csv"],
         rows: "Synthetic observations, one row per instant (on the command line: `twin` without `--study`).",
         columns: vec![column(TIME, "s", "Time."), column(TEMPERATURE, "K", "Temperature with noise.")],
@@ -113,7 +113,7 @@ pub(in crate::report) fn columns(file: &str) -> Vec<[String; 3]> {
     columns.into_iter().map(|column| [column.name.to_owned(), column.unit.to_owned(), plain(column.meaning)]).collect()
 }
 
-fn table_of(file: &str) -> Option<Description> {
+fn table_of(file: &str) -> Option<TableDescription> {
     tables().into_iter().find(|table| table.files.iter().any(|name| matches(name, file)))
 }
 

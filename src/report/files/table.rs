@@ -9,7 +9,7 @@ pub(in crate::report) type NamedFile = (String, Vec<u8>);
 
 /// The meaning of a file and of its columns.
 #[derive(Clone, Debug)]
-pub(in crate::report) struct Description {
+pub(in crate::report) struct TableDescription {
     /// Names of the files; `<case>` stands for the id of a further case.
     pub files: &'static [&'static str],
     /// What a row is, and which commands write the file; Markdown.
@@ -31,7 +31,7 @@ pub(in crate::report) struct ColumnDescription {
 
 /// A table whose rows are made from an `R` each.
 pub(in crate::report) struct Table<R> {
-    description: Description,
+    description: TableDescription,
     values: Vec<Value<R>>,
 }
 
@@ -44,7 +44,7 @@ enum Value<R> {
 
 impl<R> Table<R> {
     pub(in crate::report) fn new(files: &'static [&'static str], rows: &'static str) -> Self {
-        Self { description: Description { files, rows, columns: Vec::new() }, values: Vec::new() }
+        Self { description: TableDescription { files, rows, columns: Vec::new() }, values: Vec::new() }
     }
 
     /// Add a column of texts.
@@ -88,7 +88,7 @@ impl<R> Table<R> {
         self
     }
 
-    pub(in crate::report) fn description(self) -> Description {
+    pub(in crate::report) fn description(self) -> TableDescription {
         self.description
     }
 

@@ -26,7 +26,7 @@ pub(super) struct LegendEntry {
 enum LegendSymbol {
     Line(Stroke),
     Disc,
-    /// With its opacity.
+    /// A filled rectangle of this opacity.
     Patch(f64),
 }
 

@@ -141,10 +141,13 @@ impl Objective<'_> {
     }
 }
 
-/// The factor that is constant on lines, its bounds, and the bounds of the other.
+/// The axes of the map: one factor is constant on each line, the other varies.
 struct Axes {
+    /// Index of the factor that is constant on a line.
     held: usize,
+    /// Bounds of the constant factor; its axis runs along the valley.
     along: (f64, f64),
+    /// Bounds of the factor that varies on a line; its axis crosses the valley.
     across: (f64, f64),
 }
 

@@ -39,7 +39,7 @@ pub(super) struct InversionProblem<'a> {
 
 /// Smallest finite-difference step of a flux that blowing nearly cancels, as a fraction of the scale: from zero up to
 /// this fraction the effect grows by powers of ten, so the derivative at zero does not predict it.
-const BLOWN_MIN_STEP: f64 = 1e-2;
+const MIN_STEP_WITH_BLOWING: f64 = 1e-2;
 
 /// Largest difference of temperatures that rounding can explain, K.
 fn rounding_k(precision: Precision) -> f64 {
@@ -94,8 +94,9 @@ impl LeastSquares for InversionProblem<'_> {
         for point in points.column_iter() {
             let mut stencil = DMatrix::from_fn(knots, knots + 1, |knot, _| point[knot]);
             let steps = DVector::from_fn(knots, |knot, _| {
-                let least = if point[knot] < BLOWN_MIN_STEP && self.quantity.is_reduced_by_blowing(self.exposure) {
-                    BLOWN_MIN_STEP
+                let least = if point[knot] < MIN_STEP_WITH_BLOWING && self.quantity.is_reduced_by_blowing(self.exposure)
+                {
+                    MIN_STEP_WITH_BLOWING
                 } else {
                     0.0
                 };

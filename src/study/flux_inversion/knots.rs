@@ -19,12 +19,13 @@ pub(super) struct Knots {
     pub heated_duration_s: f64,
 }
 
-/// A knot at which the heating may bend, with the lengths of the segments beside it over H.
-struct Bend {
+/// The second difference at a knot between two segments that are not jumps; the lengths of the segments `before` and
+/// `after` the knot are relative to H.
+struct SecondDifference {
     knot: usize,
     before: f64,
     after: f64,
-    /// Of the change of slope in the roughness.
+    /// Factor on the change of slope, such that the sum of squares is the roughness.
     weight: f64,
 }
 
@@ -71,9 +72,9 @@ impl Knots {
     /// `H³ ∫ q″² dt` with H the time over which knots are spread: zero for straight lines and independent of the number
     /// of knots.
     pub(super) fn roughness(&self) -> DMatrix<f64> {
-        let bends = self.bends();
-        let mut rows = DMatrix::zeros(bends.len(), self.times_s.len());
-        for (row, Bend { knot, before, after, weight }) in bends.into_iter().enumerate() {
+        let second_differences = self.second_differences();
+        let mut rows = DMatrix::zeros(second_differences.len(), self.times_s.len());
+        for (row, SecondDifference { knot, before, after, weight }) in second_differences.into_iter().enumerate() {
             rows[(row, knot - 1)] = weight / before;
             rows[(row, knot)] = -weight * (1.0 / before + 1.0 / after);
             rows[(row, knot + 1)] = weight / after;
@@ -84,25 +85,25 @@ impl Knots {
     /// Roughness of the independent increments of a random walk that has the variance one after H, one column per
     /// segment.
     pub(super) fn walk_roughness(&self) -> DMatrix<f64> {
-        let bends = self.bends();
-        let mut rows = DMatrix::zeros(bends.len(), self.is_jump.len());
-        for (row, Bend { knot, before, after, weight }) in bends.into_iter().enumerate() {
+        let second_differences = self.second_differences();
+        let mut rows = DMatrix::zeros(second_differences.len(), self.is_jump.len());
+        for (row, SecondDifference { knot, before, after, weight }) in second_differences.into_iter().enumerate() {
             rows[(row, knot - 1)] = -weight / before.sqrt();
             rows[(row, knot)] = weight / after.sqrt();
         }
         rows
     }
 
-    /// The knots between two segments that are not jumps.
-    fn bends(&self) -> Vec<Bend> {
+    /// The second differences at the knots between two segments that are not jumps.
+    fn second_differences(&self) -> Vec<SecondDifference> {
         let inner = 1..self.times_s.len().saturating_sub(1);
         let smooth = inner.filter(|&knot| !self.is_jump[knot - 1] && !self.is_jump[knot]);
         let length = |from: usize| (self.times_s[from + 1] - self.times_s[from]) / self.heated_duration_s;
-        let bend = |knot: usize| {
+        let at_knot = |knot: usize| {
             let (before, after) = (length(knot - 1), length(knot));
-            Bend { knot, before, after, weight: 2.0 / (before + after) * ((before + after) / 2.0).sqrt() }
+            SecondDifference { knot, before, after, weight: 2.0 / (before + after) * ((before + after) / 2.0).sqrt() }
         };
-        smooth.map(bend).collect()
+        smooth.map(at_knot).collect()
     }
 
     /// Weights of the trapezoidal rule, s.

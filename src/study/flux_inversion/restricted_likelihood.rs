@@ -32,14 +32,14 @@ const WEIGHTS_PER_DECADE: usize = 4;
 /// Models with a smaller probability, relative to the most probable, are left out.
 const NEGLIGIBLE_PROBABILITY: f64 = 1e-5;
 /// Square of the weight at which data and roughness are factorised together.
-const REFERENCE_SQUARE: f64 = 1e-4;
+const REFERENCE_WEIGHT_SQUARED: f64 = 1e-4;
 /// Addition to the diagonal of a matrix that is scaled to a diagonal of one, so that rounding does not make it
 /// indefinite where a knot is nearly undetermined.
 const RIDGE: f64 = 1e-12;
 
 /// The models of the roughness.
 pub(super) struct RoughnessModels {
-    /// D, one row per knot that may bend.
+    /// D, one row per knot between two segments that are not jumps.
     pub differences: DMatrix<f64>,
     /// Cholesky factor of each C, of determinant one.
     pub factors: Vec<DMatrix<f64>>,
@@ -70,11 +70,11 @@ pub(super) struct LinearizedReadings<'a> {
     /// Times of the samples of each trace, s.
     pub traces: &'a [Vec<f64>],
     pub roughness: &'a RoughnessModels,
-    /// The weight of D at which J and D have equal norms.
+    /// Regularisation weight at which J and the weighted D have equal norms.
     pub unit_weight: f64,
 }
 
-/// One model.
+/// A model of the noise and of the true heating.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Model {
     /// Index into the correlations of the noise.
@@ -228,13 +228,13 @@ struct Tridiagonalised {
     diagonal: DVector<f64>,
     off_diagonal: DVector<f64>,
     score: DVector<f64>,
-    /// Of the sum at the reference weight.
+    /// Logarithm of the determinant of the sum at the reference weight.
     log_determinant: f64,
 }
 
 impl Tridiagonalised {
     fn of(information: &DMatrix<f64>, penalty: &DMatrix<f64>, score: &DVector<f64>) -> Option<Self> {
-        let sum = information + penalty * REFERENCE_SQUARE;
+        let sum = information + penalty * REFERENCE_WEIGHT_SQUARED;
         let scales = sum.diagonal().map(|entry| 1.0 / entry.sqrt());
         let scaling = DMatrix::from_diagonal(&scales);
         let mut scaled = &scaling * sum * &scaling;
@@ -259,7 +259,7 @@ impl Tridiagonalised {
     fn at(&self, weight: f64) -> (f64, f64) {
         // A direction without data has its roughness alone, which at the smallest weight is well above this.
         const LEAST_PIVOT: f64 = 1e-12;
-        let change = weight.powi(2) - REFERENCE_SQUARE;
+        let change = weight.powi(2) - REFERENCE_WEIGHT_SQUARED;
         let (mut log, mut explained) = (self.log_determinant, 0.0);
         let (mut pivot, mut rest) = (1.0, 0.0);
         for knot in 0..self.score.len() {

@@ -19,9 +19,9 @@ pub(super) fn problems() -> Vec<Problem> {
     ]
 }
 
-/// Numerical Laplace inversions, stated to 1e-4 relative.
+/// Source of the tolerance of profiles by numerical Laplace inversion, which are stated to 1e-4 relative.
 const RELATIVE: &str = "1e-4 of the driving value, the reference's own acceptance; wide: the profile agrees better";
-/// Discretisation error relative to the driving value.
+/// Source of the tolerance where only the discretisation error, relative to the driving value, matters.
 const RESOLVED: &str = "the inversion has ten digits; cells and steps refined to this tolerance";
 
 fn three_layers() -> Problem {
