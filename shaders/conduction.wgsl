@@ -185,11 +185,11 @@ fn conductivity_by_integral(p: u32, cell: u32, drop: real, step: u32, stage: u32
         for (var state = 0u; state < ply.rows; state++) {
             let own = conductivity_integral(p, state, row_at(p, here_rows[level]));
             let other = conductivity_integral(p, state, row_at(p, next_rows[level]));
-            var missed = real(0.0);
+            var integral_correction = real(0.0);
             if !is_same {
-                missed = (own[1] - other[1]) * (1.0 / drop) - 0.5 * (own[0] + other[0]);
+                integral_correction = (own[1] - other[1]) * (1.0 / drop) - 0.5 * (own[0] + other[0]);
             }
-            sums[0] = sums[0] + share * (0.5 * (weights[state] + next_weights[state])) * missed;
+            sums[0] = sums[0] + share * (0.5 * (weights[state] + next_weights[state])) * integral_correction;
             sums[1] = sums[1] + share * weights[state] * (own[2] - own[0]);
             sums[2] = sums[2] + share * next_weights[state] * (other[2] - other[0]);
         }

@@ -56,8 +56,8 @@ fn read_face(sensor: u32, step: u32) -> DoubleWord {
     let half_over_next_1_m = half_over_distance_1_m(i);
     var conductance = conductance_within(conductivity, next, half_over_next_1_m);
     if is_steep {
-        let missed = conductivity_by_integral(ply, i, difference(upper, lower), step, 0u)[0];
-        conductance = conductance + missed * (half_over_next_1_m + half_over_next_1_m);
+        let integral_correction = conductivity_by_integral(ply, i, difference(upper, lower), step, 0u)[0];
+        conductance = conductance + integral_correction * (half_over_next_1_m + half_over_next_1_m);
     }
     if ply != location.ply_below {
         let lengths_m = lengths_to_next_m(i);

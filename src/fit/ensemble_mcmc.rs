@@ -101,8 +101,8 @@ pub fn ensemble_mcmc<P: LeastSquares>(
     ensemble_mcmc_from(problem, starts, iterations, seed, Vec::new(), &mut |_| {})
 }
 
-/// [`ensemble_mcmc`], going on from the states of an earlier run after each of its iterations. `watch` receives the
-/// states after the other iterations.
+/// [`ensemble_mcmc`], going on from the states of an earlier run after each of its iterations. `on_iteration` receives
+/// the states after the other iterations.
 ///
 /// # Errors
 /// Errors of the problem.
@@ -112,7 +112,7 @@ pub(crate) fn ensemble_mcmc_from<P: LeastSquares>(
     iterations: usize,
     seed: u64,
     earlier: Vec<ChainState>,
-    watch: &mut dyn FnMut(&ChainState),
+    on_iteration: &mut dyn FnMut(&ChainState),
 ) -> Result<EnsembleChains, P::Error> {
     let (variables, walkers) = starts.shape();
     assert!(
@@ -197,7 +197,7 @@ pub(crate) fn ensemble_mcmc_from<P: LeastSquares>(
             }
         }
         append(&state.points);
-        watch(&state);
+        on_iteration(&state);
     }
     let ChainState { accepted, evaluations, lowest, annealing, .. } = state;
     let acceptance = accepted as f64 / (iterations * walkers).max(1) as f64;
@@ -422,14 +422,14 @@ mod tests {
         let starts = DMatrix::from_fn(2, 16, |j, walker| 0.1 * (walker as f64) + j as f64);
         let mut problem = Problem { bounds: vec![WIDE; 2], residuals: |p: &[f64]| p.to_vec() };
         let mut states = Vec::new();
-        let mut watch = |state: &ChainState| states.push(state.to_numbers());
-        let Ok(whole) = ensemble_mcmc_from(&mut problem, &starts, 20, 1, Vec::new(), &mut watch);
+        let mut on_iteration = |state: &ChainState| states.push(state.to_numbers());
+        let Ok(whole) = ensemble_mcmc_from(&mut problem, &starts, 20, 1, Vec::new(), &mut on_iteration);
         assert_eq!((states.len(), states[0].len()), (20, ChainState::length(2, 16)));
         for kept in [0, 1, 13, 20] {
             let earlier = states[..kept].iter().map(|numbers| ChainState::from_numbers(numbers, 2, 16)).collect();
             let mut others = Vec::new();
-            let mut watch = |state: &ChainState| others.push(state.to_numbers());
-            let Ok(resumed) = ensemble_mcmc_from(&mut problem, &starts, 20, 1, earlier, &mut watch);
+            let mut on_iteration = |state: &ChainState| others.push(state.to_numbers());
+            let Ok(resumed) = ensemble_mcmc_from(&mut problem, &starts, 20, 1, earlier, &mut on_iteration);
             assert_eq!(resumed, whole);
             assert_eq!(others, states[kept..]);
         }

@@ -141,8 +141,9 @@ impl<'a> LevenbergMarquardt<'a> {
     /// point for a shorter step.
     fn move_to_candidate(&mut self, tangent: Tangent, problem: &impl LeastSquares) {
         let is_finite = tangent.is_finite();
-        if let (false, Some((model, pace)), Some(taken)) = (is_finite, &mut self.current, &self.candidate_step) {
-            pace.after_failure(model, taken, f64::NAN);
+        if let (false, Some((model, trust_region)), Some(taken)) = (is_finite, &mut self.current, &self.candidate_step)
+        {
+            trust_region.after_failure(model, taken, f64::NAN);
             return self.propose_steps();
         }
         let lengths = column_norms(&tangent.jacobian);
@@ -163,11 +164,11 @@ impl<'a> LevenbergMarquardt<'a> {
             &self.max_column_norms,
             error,
         );
-        let pace = self
-            .current
-            .take()
-            .map_or_else(|| TrustRegion::initial(&model, &self.options.damping_strategy), |(_, pace)| pace);
-        let damping = match (&self.candidate_step, pace) {
+        let trust_region = self.current.take().map_or_else(
+            || TrustRegion::initial(&model, &self.options.damping_strategy),
+            |(_, trust_region)| trust_region,
+        );
+        let damping = match (&self.candidate_step, trust_region) {
             (Some(taken), _) => taken.damping,
             (None, TrustRegion::Damping(damping)) => damping,
             (None, TrustRegion::Radius(_)) => 0.0,
@@ -178,7 +179,7 @@ impl<'a> LevenbergMarquardt<'a> {
         } else {
             Some(Termination::NotFinite)
         };
-        self.current = Some((model, pace));
+        self.current = Some((model, trust_region));
         match verdict {
             Some(termination) => self.request = Request::Terminated(termination),
             None => self.propose_steps(),
@@ -187,8 +188,8 @@ impl<'a> LevenbergMarquardt<'a> {
 
     /// Chooses the next trial steps.
     fn propose_steps(&mut self) {
-        let Some((model, pace)) = &self.current else { return };
-        let steps = pace.trial_steps(model, self.options);
+        let Some((model, trust_region)) = &self.current else { return };
+        let steps = trust_region.trial_steps(model, self.options);
         self.request = if self.iterations == self.options.max_iterations {
             Request::Terminated(Termination::MaxIterations)
         } else if termination::is_negligible_step(&steps[0], model, self.options) {
@@ -203,19 +204,20 @@ impl<'a> LevenbergMarquardt<'a> {
 
     /// Accepts one of the trial steps, or none.
     fn select_step(&mut self, steps: Vec<Step>, computed: &DMatrix<f64>) {
-        let Some((model, pace)) = &mut self.current else { return };
+        let Some((model, trust_region)) = &mut self.current else { return };
         let reductions: Vec<f64> =
             computed.column_iter().map(|column| model.objective - column.norm_squared()).collect();
         let best = reductions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         // The longest of the steps with at least a quarter of the best reduction: in a curved valley the lowest trial
         // point is that of one of the shortest steps, and accepting only that one makes progress slow. Comparisons with
         // NaN are false, so a point that could not be computed is never accepted, and the step shrinks.
-        let is_good =
-            |index: &usize| reductions[*index] >= 0.25 * best && pace.accepts(&steps[*index], reductions[*index]);
+        let is_good = |index: &usize| {
+            reductions[*index] >= 0.25 * best && trust_region.accepts(&steps[*index], reductions[*index])
+        };
         match (0..steps.len()).find(is_good) {
             Some(index) => {
                 let step = steps[index].clone();
-                pace.after_success(model, &step, reductions[index]);
+                trust_region.after_success(model, &step, reductions[index]);
                 model.switch_quadratic(&step.trial_point, reductions[index]);
                 self.candidate = step.trial_point.clone();
                 self.variable_sizes.zip_apply(&self.candidate, |size, value| *size = value.abs().max(*size / 2.0));
@@ -225,7 +227,7 @@ impl<'a> LevenbergMarquardt<'a> {
             }
             None => {
                 let last = steps.len() - 1;
-                pace.after_failure(model, &steps[last], reductions[last]);
+                trust_region.after_failure(model, &steps[last], reductions[last]);
                 model.switch_quadratic(&steps[last].trial_point, reductions[last]);
                 self.propose_steps();
             }

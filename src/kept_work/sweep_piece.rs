@@ -48,10 +48,11 @@ pub struct Piece<N = Vec<i128>> {
     margins: MarginSamples,
 }
 
-/// The accumulators of statistics, which are integers when written: as many as the statistics have bytes.
-struct Gathered<'a>(&'a SweepStatistics);
+/// The accumulators of statistics, written as a sequence of integers without a copy, which would be as large as the
+/// statistics.
+struct AccumulatorIntegers<'a>(&'a SweepStatistics);
 
-impl Serialize for Gathered<'_> {
+impl Serialize for AccumulatorIntegers<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.0.integers())
     }
@@ -133,7 +134,7 @@ impl Piece {
         run: RunRecord,
         members: Range<usize>,
         nominal: &Prediction,
-        gathered: &SweepStatistics,
+        sweep_statistics: &SweepStatistics,
     ) -> Self {
         Self {
             run,
@@ -146,11 +147,11 @@ impl Piece {
             },
             members,
             equal_pieces: None,
-            failures: failure_records(gathered),
+            failures: failure_records(sweep_statistics),
             nominal: NominalRecord {
                 temperatures_k: nominal.temperatures_k.concat(),
-                below_k: gathered.envelope().below_k.clone(),
-                above_k: gathered.envelope().above_k.clone(),
+                below_k: sweep_statistics.envelope().below_k.clone(),
+                above_k: sweep_statistics.envelope().above_k.clone(),
                 limited_k: nominal.limited_k.concat(),
                 gauges: nominal.gauge_traces.iter().flat_map(|reading| reading.values.iter().copied()).collect(),
                 peaks: nominal.peaks.clone(),
@@ -160,16 +161,16 @@ impl Piece {
                 balance: nominal.balance,
                 extremes_k: nominal.extremes_k.clone(),
             },
-            numbers: gathered.to_integers(),
-            kept: gathered.stored_traces().clone(),
-            margins: gathered.margin_samples().clone(),
+            numbers: sweep_statistics.to_integers(),
+            kept: sweep_statistics.stored_traces().clone(),
+            margins: sweep_statistics.margin_samples().clone(),
         }
     }
 
     /// The piece with the statistics of other members, from its first one, about the same nominal march.
     #[must_use]
-    pub fn with_statistics(&self, gathered: &SweepStatistics) -> Self {
-        self.with_numbers(gathered, gathered.to_integers())
+    pub fn with_statistics(&self, sweep_statistics: &SweepStatistics) -> Self {
+        self.with_numbers(sweep_statistics, sweep_statistics.to_integers())
     }
 
     /// Write the text of the piece with the statistics of other members, from its first one, about the same nominal
@@ -177,16 +178,20 @@ impl Piece {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub(crate) fn write_with_statistics(&self, gathered: &SweepStatistics, file: impl Write + Seek) -> io::Result<()> {
-        write_sealed(file, &self.with_numbers(gathered, Gathered(gathered)))
+    pub(crate) fn write_with_statistics(
+        &self,
+        sweep_statistics: &SweepStatistics,
+        file: impl Write + Seek,
+    ) -> io::Result<()> {
+        write_sealed(file, &self.with_numbers(sweep_statistics, AccumulatorIntegers(sweep_statistics)))
     }
 
-    fn with_numbers<N>(&self, gathered: &SweepStatistics, numbers: N) -> Piece<N> {
+    fn with_numbers<N>(&self, sweep_statistics: &SweepStatistics, numbers: N) -> Piece<N> {
         let nominal = self.nominal.clone();
         let (case, draw, backend, run) = (self.case.clone(), self.draw, self.backend.clone(), self.run.clone());
-        let members = self.members.start..self.members.start + gathered.members();
-        let (kept, failures) = (gathered.stored_traces().clone(), failure_records(gathered));
-        let margins = gathered.margin_samples().clone();
+        let members = self.members.start..self.members.start + sweep_statistics.members();
+        let (kept, failures) = (sweep_statistics.stored_traces().clone(), failure_records(sweep_statistics));
+        let margins = sweep_statistics.margin_samples().clone();
         Piece { run, case, draw, backend, members, equal_pieces: None, failures, nominal, numbers, kept, margins }
     }
 
@@ -302,9 +307,9 @@ impl Piece {
     }
 }
 
-fn failure_records(gathered: &SweepStatistics) -> Vec<FailureRecord> {
+fn failure_records(sweep_statistics: &SweepStatistics) -> Vec<FailureRecord> {
     let record = |Failure { reason, members, first }| FailureRecord { reason, members, first };
-    gathered.failures().into_iter().map(record).collect()
+    sweep_statistics.failures().into_iter().map(record).collect()
 }
 
 /// The members of piece `number` of `pieces` equal ones, counted from 1: `None` if there is no such piece, or if a

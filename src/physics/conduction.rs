@@ -145,7 +145,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let rows = &self.rows.cells[cells.clone()];
         let temperatures = &self.thermal.temperatures[cells.clone()][..rows.len()];
         let first = &self.thermal.first_increments[cells.clone()][..rows.len()];
-        let matter = &mut self.thermal.properties[cells.clone()][..rows.len()];
+        let properties = &mut self.thermal.properties[cells.clone()][..rows.len()];
         let of_gas = if GAS { cells.clone() } else { 0..0 };
         let gas_j_kg = &mut self.gas.enthalpies_j_kg[of_gas.clone()];
         let gas_rises = &mut self.gas.heat_capacities[of_gas];
@@ -204,7 +204,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             let here = solid_properties(row, parts, scale, with_slope);
             let capacity = density_kg_m3 * here.heat_capacity * width_m::<R>(&rows[i]);
-            matter[i].set(here.conductivity, here.slope, capacity, stage);
+            properties[i].set(here.conductivity, here.slope, capacity, stage);
             if reads_gas {
                 [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(column_offset(row, plan.properties()));
             }
@@ -285,8 +285,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         if STEEP {
             let over_next_1_m = half_over_next_1_m + half_over_next_1_m;
-            let [missed, excess, next_excess] = self.conductivity_by_integral(p, cell, drop, step, stage);
-            conductance = conductance + missed * over_next_1_m;
+            let [integral_correction, excess, next_excess] = self.conductivity_by_integral(p, cell, drop, step, stage);
+            conductance = conductance + integral_correction * over_next_1_m;
             if stage == 0 {
                 let bound = (own.conductivity + excess).max(other.conductivity + next_excess);
                 let slope = bound * over_next_1_m - conductance;
@@ -299,9 +299,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Corrections of the conductivities of a cell and the next, W/m/K. The first number is the integral mean of the
     /// conductivity between both temperatures (Kirchhoff's transformation; Carslaw and Jaeger, 1959, section 1.6) minus
     /// the mean of the two conductivities: the integral includes a jump of the conductivity between the nodes. The
-    /// others are the upper bound of either conductivity minus this conductivity. States have the mean of their weights in both cells, and pressure
-    /// levels those of the mean pressure. Within a row of the table the mean is exact, and has no difference of large
-    /// numbers.
+    /// others are the upper bound of either conductivity minus this conductivity. States have the mean of their weights
+    /// in both cells, and pressure levels those of the mean pressure. Within a row of the table the first number is
+    /// zero and takes no difference of large numbers.
     #[inline(always)]
     pub(super) fn conductivity_by_integral(&self, p: usize, cell: usize, drop: R, step: usize, stage: usize) -> [R; 3] {
         let (zero, one, half) = (R::from_f64(0.0), R::from_f64(1.0), R::from_f64(0.5));
@@ -325,8 +325,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 if state < ply.rows as usize {
                     let [own, next] = rows.map(|row| self.conductivity_integral(p, state, row));
                     let mean_conductivity = half * (own[0] + next[0]);
-                    let missed = (own[1] - next[1]) * per_drop_1_k - (one - is_same) * mean_conductivity;
-                    sums[0] = sums[0] + share * (half * (weights[state] + next_weights[state])) * missed;
+                    let integral_correction = (own[1] - next[1]) * per_drop_1_k - (one - is_same) * mean_conductivity;
+                    sums[0] = sums[0] + share * (half * (weights[state] + next_weights[state])) * integral_correction;
                     sums[1] = sums[1] + share * weights[state] * (own[2] - own[0]);
                     sums[2] = sums[2] + share * next_weights[state] * (next[2] - next[0]);
                 }

@@ -80,8 +80,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let half_over_next_1_m = half_over_distance_1_m::<R>(&self.rows.cells[i]);
             let mean_conductance = conductance_within(conductivity, next, half_over_next_1_m);
             if is_steep {
-                let [missed, ..] = self.conductivity_by_integral(ply, i, difference(here, below), step, 0);
-                mean_conductance + missed * (half_over_next_1_m + half_over_next_1_m)
+                let [integral_correction, ..] = self.conductivity_by_integral(ply, i, difference(here, below), step, 0);
+                mean_conductance + integral_correction * (half_over_next_1_m + half_over_next_1_m)
             } else {
                 mean_conductance
             }

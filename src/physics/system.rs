@@ -298,7 +298,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Cells of a ply, and the number of its first faces between cells that [`node_above`](Self::node_above) covers;
     /// `None` past the last ply.
     #[inline(always)]
-    fn links_within(&self, p: usize) -> Option<(Range<usize>, usize)> {
+    fn cells_and_covered_faces(&self, p: usize) -> Option<(Range<usize>, usize)> {
         let ply = self.plan.plies.get(p)?;
         let cells = ply.first_cell as usize..ply.end_cell as usize;
         let covered = usize::from(p == 0).min(cells.len() - 1);
@@ -368,7 +368,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             if let Some((at, here, below)) = self.node_above(p, step, STAGE) {
                 self.eliminate_stage_row::<STAGE>(&mut system[at.cell], &mut sweep, at, here, below, rate_1_s, step);
             }
-            let Some((cells, after_first)) = self.links_within(p) else { break };
+            let Some((cells, after_first)) = self.cells_and_covered_faces(p) else { break };
             let (rows, within) = (&mut system[cells.clone()], (p, cells, after_first));
             match self.integrates_conductivity(p) {
                 true => self.assemble_within::<STAGE, true>(rows, &mut sweep, within, rate_1_s, step),

@@ -172,7 +172,8 @@ impl OutputFolder {
 }
 
 impl PartFolder {
-    /// Open the folder to write the file `name` and its checkpoint. Other processes may write other files of the folder.
+    /// Open the folder to write the file `name` and its checkpoint. Other processes may write other files of the
+    /// folder.
     ///
     /// # Errors
     /// As [`OutputFolder::open`], and when another process writes a file of this name.

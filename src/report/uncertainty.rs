@@ -291,11 +291,11 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
 /// Sensitivity indices of the peak of a sensor and of its time.
 fn peak_indices(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> String {
     let (name, peak) = (&answers.case.sensors[sensor].name, &outcome.peaks[sensor]);
-    let of = |quantity: &str, causes| {
+    let of = |quantity: &str, indices| {
         table(
             &format!("Sensitivity indices of the {quantity} of {name}"),
             &sensitivity_indices::HEAD,
-            &sensitivity_indices::rows(answers, causes),
+            &sensitivity_indices::rows(answers, indices),
         )
     };
     let pairs = sensitivity_indices::pair_rows(&answers.case, &peak.temperature_indices);

@@ -142,12 +142,12 @@ impl Session {
                 let message = format!("no statistics without a reference: the nominal march failed: {reason}");
                 return Err(InputError::general(message).into());
             }
-            let gathered = study.sweep_statistics(&question.sweep(), &nominal, part.clone(), members)?;
-            if gathered.members() < part.len() {
+            let sweep_statistics = study.sweep_statistics(&question.sweep(), &nominal, part.clone(), members)?;
+            if sweep_statistics.members() < part.len() {
                 return Err(SessionError::Stopped);
             }
             let run = study.answers.run.clone();
-            Ok(SweepPart { nominal, statistics: gathered, backend: study.march.backend(), run })
+            Ok(SweepPart { nominal, statistics: sweep_statistics, backend: study.march.backend(), run })
         });
         self.answers = None;
         found

@@ -67,8 +67,8 @@ impl RunningStudy<'_> {
             Some(nominal) => nominal.clone(),
             None => self.predict(sweep.bounds)?,
         };
-        let gathered = self.sweep_statistics(sweep, &nominal, 0..sweep.members, members)?;
-        let mut found = gathered.results(&nominal, &sweep.sampling, sweep.members);
+        let sweep_statistics = self.sweep_statistics(sweep, &nominal, 0..sweep.members, members)?;
+        let mut found = sweep_statistics.results(&nominal, &sweep.sampling, sweep.members);
         if !found.is_partial() {
             found.discretisation_error = self.sweep_error(&sweep.ensemble(&self.answers.case))?;
         }
@@ -115,12 +115,12 @@ impl RunningStudy<'_> {
         let case = &self.answers.case;
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
-        let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, kind)
+        let mut sweep_statistics = SweepStatistics::new(case, nominal, &envelope, bounds, kind)
             .with_driver_emissivity(self.answers.driver_emissivity.as_ref(), sweep.sampling.seed);
-        let mut keeper = self.keeper(sweep, nominal, &part, &gathered);
-        let part = match keeper.as_ref().map_or(Ok(None), |keeper| keeper.kept(&gathered, &part))? {
+        let mut keeper = self.keeper(sweep, nominal, &part, &sweep_statistics);
+        let part = match keeper.as_ref().map_or(Ok(None), |keeper| keeper.kept(&sweep_statistics, &part))? {
             Some((kept, next)) => {
-                gathered = kept;
+                sweep_statistics = kept;
                 next..part.end
             }
             None => part,
@@ -128,24 +128,30 @@ impl RunningStudy<'_> {
         self.march.begin_sweep(part.len());
         let (monitor, is_cancelled) =
             (self.march.monitor(), |found: Result<(), MarchError>| matches!(found, Err(MarchError::Cancelled)));
-        let marched =
-            gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, &mut |so_far, of, batch| {
+        let marched = sweep_statistics.march(
+            case,
+            self.plan,
+            self.march,
+            &sweep.ensemble(case),
+            part,
+            &mut |so_far, of, batch| {
                 members(of, batch);
                 if !is_cancelled(monitor.check()) {
                     keeper.iter_mut().for_each(|keeper| keeper.update(so_far));
                 }
-            });
+            },
+        );
         if let Some(mut keeper) = keeper {
-            if marched.is_err() && gathered.members() > 0 && !is_cancelled(monitor.check()) {
-                keeper.keep(&gathered);
+            if marched.is_err() && sweep_statistics.members() > 0 && !is_cancelled(monitor.check()) {
+                keeper.keep(&sweep_statistics);
             }
             self.answers.run.remarks.extend(keeper.remark());
         }
         match marched {
-            Err(MarchError::Stopped) if gathered.completed() >= 2 => {}
+            Err(MarchError::Stopped) if sweep_statistics.completed() >= 2 => {}
             other => other?,
         }
-        Ok(gathered)
+        Ok(sweep_statistics)
     }
 
     /// Keeps the members of a sweep, if the session has a checkpoint and the nominal march a result to refer to.

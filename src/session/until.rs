@@ -67,12 +67,12 @@ impl RunningStudy<'_> {
         }
         let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
         let envelope = Envelope::of(case, plan, &nominal, bounds, kind, &self.march.monitor())?;
-        let mut gathered = SweepStatistics::new(case, &nominal, &envelope, bounds, kind)
+        let mut sweep_statistics = SweepStatistics::new(case, &nominal, &envelope, bounds, kind)
             .with_driver_emissivity(driver, sweep.sampling.seed);
-        let found = sweep_until(case, plan, self.march, &mut gathered, sweep, target, members)?;
+        let found = sweep_until(case, plan, self.march, &mut sweep_statistics, sweep, target, members)?;
         let found = PrecisionReached { plain_reason, ..found };
-        let drawn = Sweep { members: gathered.members(), ..*sweep };
-        let mut of_drawn = gathered.results(&nominal, &sweep.sampling, drawn.members);
+        let drawn = Sweep { members: sweep_statistics.members(), ..*sweep };
+        let mut of_drawn = sweep_statistics.results(&nominal, &sweep.sampling, drawn.members);
         of_drawn.discretisation_error = self.sweep_error(&drawn.ensemble(&self.answers.case))?;
         self.answers.uncertainty = Some(of_drawn);
         Ok(found)

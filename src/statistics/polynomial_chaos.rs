@@ -414,7 +414,7 @@ mod tests {
     const MANY: usize = 1 << 16;
 
     /// Sensitivity indices of `f` for factors between −1 and 1.
-    fn causes(
+    fn sensitivity_indices_of(
         kind: SamplingKind,
         correlation: &Correlation,
         factors: usize,
@@ -437,7 +437,7 @@ mod tests {
     }
 
     fn even(factors: usize, members: usize, seed: u64, f: impl Fn(&[f64]) -> f64) -> SensitivityIndices {
-        causes(SamplingKind::Uniform, &Correlation::default(), factors, members, seed, f)
+        sensitivity_indices_of(SamplingKind::Uniform, &Correlation::default(), factors, members, seed, f)
     }
 
     /// Ishigami & Homma (1990), with a = 7 and b = 0.1, for factors scaled to −π … π.
@@ -550,7 +550,7 @@ mod tests {
     #[test]
     fn correlated_factors_have_no_second_order_indices() {
         let pair = Correlation::new(2, &[(0, 1, 0.5)]).expect("a correlation");
-        assert!(causes(SamplingKind::Normal, &pair, 2, 500, 1, |f| f[0] * f[1]).second.is_empty());
+        assert!(sensitivity_indices_of(SamplingKind::Normal, &pair, 2, 500, 1, |f| f[0] * f[1]).second.is_empty());
     }
 
     #[test]
@@ -565,7 +565,7 @@ mod tests {
     fn indices_of_a_sum_and_a_product_need_few_members_of_any_sampling() {
         let kinds = [SamplingKind::Normal, SamplingKind::LatinHypercube, SamplingKind::Sobol];
         for kind in kinds {
-            let found = causes(kind, &Correlation::default(), 3, 500, 2, |f| 3.0 * f[0] + f[1]);
+            let found = sensitivity_indices_of(kind, &Correlation::default(), 3, 500, 2, |f| 3.0 * f[0] + f[1]);
             assert_close(&found, [&[0.9, 0.1, 0.0]; 2], 1e-4);
             assert!(found.unexplained < 1e-5, "{}", found.unexplained);
         }
@@ -617,7 +617,7 @@ mod tests {
     fn for_correlated_factors_first_order_includes_the_shared_effect_and_total_excludes_it() {
         for r in [-0.7, 0.3, 0.8f64] {
             let correlation = Correlation::new(3, &[(0, 1, r)]).expect("positive definite");
-            let found = causes(SamplingKind::Uniform, &correlation, 3, MANY, 4, |f| f[0] + f[1]);
+            let found = sensitivity_indices_of(SamplingKind::Uniform, &correlation, 3, MANY, 4, |f| f[0] + f[1]);
             let (shared, followed) = ((r / 2.0).asin() / (2.0 * PI), (r * r / 2.0).asin() / (2.0 * PI));
             let all = 1.0 / 6.0 + 2.0 * shared;
             let (first, total) = ((1.0 / 12.0 + 2.0 * shared + followed) / all, (1.0 / 12.0 - followed) / all);
@@ -631,7 +631,11 @@ mod tests {
         let nothing = Correlation::new(3, &[(0, 1, 0.0)]).expect("positive definite");
         assert!(!nothing.is_empty());
         let [first, total] = ishigami_indices();
-        assert_close(&causes(SamplingKind::Uniform, &nothing, 3, MANY, 1, ishigami), [&first, &total], CLOSE);
+        assert_close(
+            &sensitivity_indices_of(SamplingKind::Uniform, &nothing, 3, MANY, 1, ishigami),
+            [&first, &total],
+            CLOSE,
+        );
     }
 
     #[test]

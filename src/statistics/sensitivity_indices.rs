@@ -57,14 +57,14 @@ impl Accumulator {
         let ranks = RankCorrelations::new(self);
         let each = chunk_len(self.outputs.len());
         let stretches = self.outputs.par_chunks(each).zip((0..self.outputs.len()).step_by(each).collect::<Vec<_>>());
-        let causes = stretches.flat_map_iter(|(outputs, first)| {
+        let all_indices = stretches.flat_map_iter(|(outputs, first)| {
             let indices = match &expansion {
                 Some(expansion) => expansion.indices(outputs, first, &second_order),
                 None => vec![SobolIndices::unknown(self.factors()); outputs.len()],
             };
             indices.into_iter().zip(first..).map(|(indices, output)| self.output_indices(output, indices, &ranks))
         });
-        causes.collect()
+        all_indices.collect()
     }
 
     fn output_indices(&self, output: usize, indices: SobolIndices, ranks: &RankCorrelations) -> SensitivityIndices {
@@ -264,7 +264,7 @@ mod tests {
         let marginals: Vec<Marginal> = (0..3).map(|_| Marginal::new(0.5, (0.0, 1.0), SamplingKind::Uniform)).collect();
         let mut accumulator = Accumulator::new(&[500.0], &marginals);
         rows.iter().for_each(|(factors, output)| accumulator.add(&[*output], factors));
-        let causes = accumulator.sensitivity_indices(false, 0..0).remove(0);
+        let indices = accumulator.sensitivity_indices(false, 0..0).remove(0);
         let output = ranked(&rows.iter().map(|row| row.1).collect::<Vec<f64>>());
         let factors: Vec<Vec<f64>> =
             (0..3).map(|factor| ranked(&rows.iter().map(|row| row.0[factor]).collect::<Vec<f64>>())).collect();
@@ -273,13 +273,13 @@ mod tests {
                 (0..3).filter(|&other| other != factor).map(|other| &factors[other][..]).collect();
             let plain = pearson(&factors[factor], &output);
             let partial = pearson(&left(&factors[factor], &others), &left(&output, &others));
-            let (found, apart) = (causes.rank_correlations[factor], causes.partial_rank_correlations[factor]);
+            let (found, apart) = (indices.rank_correlations[factor], indices.partial_rank_correlations[factor]);
             // Tolerance for binned ranks, and for grades of a factor whose sample differs from its stated distribution.
             assert!((found.value - plain).abs() < 0.005, "{found:?}, not {plain}");
             assert!((apart.value - partial).abs() < 0.02, "{apart:?}, not {partial}");
         }
-        assert!(causes.rank_correlations[2].value > 0.5, "the third is correlated with the first");
-        assert!(causes.partial_rank_correlations[2].value.abs() < 0.1, "and has no effect itself");
+        assert!(indices.rank_correlations[2].value > 0.5, "the third is correlated with the first");
+        assert!(indices.partial_rank_correlations[2].value.abs() < 0.1, "and has no effect itself");
     }
 
     #[test]

@@ -300,9 +300,9 @@ pub fn estimate(
     // Rise of the objective at the ends of the linear interval, if the problem were linear.
     let levels = halves.iter().zip(&judged.standard_errors).map(|(half, error)| (half / error).powi(2));
     let levels: Vec<f64> = levels.map(|level| if level.is_finite() { level } else { NORMAL_95.powi(2) }).collect();
-    let shortfall = data.noise_inflation();
+    let noise_inflation = data.noise_inflation();
     // A fit with zero residuals or no spare samples has no scatter to weight the data by.
-    let profiled = if shortfall.is_normal() { profiled } else { Vec::new() };
+    let profiled = if noise_inflation.is_normal() { profiled } else { Vec::new() };
     let weighed = WeightedProblem { problem: RobustProblem { problem: &mut problem, loss }, weight: data.weight() };
     let about = LinearApproximation {
         values: &values,
@@ -313,7 +313,7 @@ pub fn estimate(
     };
     let profiles = profiles(&mut WithPriors { problem: weighed, priors }, &profiled, &about, &search.options)?;
     // A rise of S by one is one standard error with priors; without priors, by the square of the noise inflation.
-    let unit = if prior.is_some() || !shortfall.is_finite() { 1.0 } else { shortfall.powi(2) };
+    let unit = if prior.is_some() || !noise_inflation.is_finite() { 1.0 } else { noise_inflation.powi(2) };
     let indistinct = ends[lowest].tolerance;
     let ends = ends.into_iter().map(|end| StartResult {
         is_best: end.objective - fit.objective <= 0.01 * unit + indistinct,
@@ -355,7 +355,7 @@ pub fn estimate(
         effective_samples: data.effective_samples,
         samples: flat.len(),
         goodness_of_fit,
-        noise_inflation: shortfall,
+        noise_inflation,
         landscape,
         profiles,
         values,

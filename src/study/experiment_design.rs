@@ -271,18 +271,18 @@ pub fn design_experiment(
 ) -> Result<ExperimentDesign, DesignError> {
     let target = cases.first().and_then(|case| case.sensors.get(request.target)).map(|sensor| sensor.name.as_str());
     let mut found: Vec<(Scenario, usize)> = Vec::new();
-    let mut gathered: Vec<Information> = Vec::new();
+    let mut information_of_cases: Vec<Information> = Vec::new();
     for (index, case) in cases.iter().enumerate() {
         let information = gather(case, target.unwrap_or_default(), march, request, adapt)?;
         for (table, &run_length_s) in information.tables.iter().zip(&information.run_lengths_s) {
             let scenario = scenario(case, index, &information, table, run_length_s, request)?;
-            found.push((scenario, gathered.len()));
+            found.push((scenario, information_of_cases.len()));
         }
-        gathered.push(information);
+        information_of_cases.push(information);
     }
     found.sort_by(|a, b| a.0.designs[0].loss.total_cmp(&b.0.designs[0].loss));
-    let map = gathered[found[0].1].map(found[0].0.run_length_s);
-    let prior_deviations = gathered[0].deviations.clone();
+    let map = information_of_cases[found[0].1].map(found[0].0.run_length_s);
+    let prior_deviations = information_of_cases[0].deviations.clone();
     let scenarios = found.into_iter().map(|(scenario, _)| scenario).collect();
     Ok(ExperimentDesign { request: request.clone(), prior_deviations, scenarios, map })
 }

@@ -154,8 +154,8 @@ pub fn posterior(
     let estimate = problem.residuals(&DMatrix::from_column_slice(factors, 1, &found.values))?.norm_squared();
     let Walkers { number, iterations, seed } = *walkers;
     let earlier = std::iter::from_fn(|| Some(ChainState::from_numbers(log.next()?, factors, number))).collect();
-    let watch = &mut |state: &ChainState| log.add(&state.to_numbers());
-    let sampled = ensemble_mcmc_from(&mut problem, &starts, iterations, seed, earlier, watch)?;
+    let on_iteration = &mut |state: &ChainState| log.add(&state.to_numbers());
+    let sampled = ensemble_mcmc_from(&mut problem, &starts, iterations, seed, earlier, on_iteration)?;
 
     let burn_in = burn_in(&sampled);
     let chains: Vec<&[f64]> = sampled.chains.iter().map(|chain| &chain[burn_in * sampled.walkers..]).collect();

@@ -202,7 +202,7 @@ pub fn drawing(
     })
 }
 
-/// March members of a sweep into its statistics until the target is met, or the sweep is complete. `watch` receives
+/// March members of a sweep into its statistics until the target is met, or the sweep is complete. `on_batch` receives
 /// each batch.
 ///
 /// # Errors
@@ -211,27 +211,27 @@ pub fn sweep_until(
     case: &Case,
     plan: &Plan,
     march: &mut dyn March,
-    gathered: &mut SweepStatistics,
+    sweep_statistics: &mut SweepStatistics,
     sweep: &Sweep,
     target: &PrecisionTarget,
-    watch: &mut dyn FnMut(&Ensemble, &Traces),
+    on_batch: &mut dyn FnMut(&Ensemble, &Traces),
 ) -> Result<PrecisionReached, MarchError> {
     let ensemble = sweep.ensemble(case);
     let (mut peaks_k, mut failed): (Vec<f64>, usize) = (Vec::new(), 0);
     let (mut found, mut is_reached): (Vec<Look>, bool) = (Vec::new(), false);
     for members in looks(sweep.members) {
         let range = peaks_k.len()..members;
-        let marched = gathered.march(case, plan, march, &ensemble, range, &mut |_, ensemble, traces| {
+        let marched = sweep_statistics.march(case, plan, march, &ensemble, range, &mut |_, ensemble, traces| {
             for member in 0..traces.members() {
                 let is_completed = traces.statuses[member] == MemberStatus::Completed;
                 let peak = traces.peak(member, target.sensor);
                 peaks_k.push(if is_completed { peak.temperature_k } else { f64::INFINITY });
                 failed += usize::from(!is_completed);
             }
-            watch(ensemble, traces);
+            on_batch(ensemble, traces);
         });
         match marched {
-            Err(MarchError::Stopped) if gathered.completed() >= 2 => break,
+            Err(MarchError::Stopped) if sweep_statistics.completed() >= 2 => break,
             other => other?,
         }
         peaks_k.sort_by(f64::total_cmp);

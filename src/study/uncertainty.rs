@@ -187,7 +187,7 @@ fn member_outputs(traces: &Traces, member: usize, coverage: &TraceCoverage, outp
     deviations.iter_mut().zip(coverage.max_deviations(traces.member(member))).for_each(|(at, largest)| *at = largest);
 }
 
-/// March the members of a sweep. `watch` receives each batch of traces with its ensemble; only the statistics are
+/// March the members of a sweep. `on_batch` receives each batch of traces with its ensemble; only the statistics are
 /// stored.
 ///
 /// # Errors
@@ -198,17 +198,17 @@ pub fn uncertainty(
     march: &mut dyn March,
     nominal: &Prediction,
     sweep: &Sweep,
-    watch: &mut dyn FnMut(&Ensemble, &Traces),
+    on_batch: &mut dyn FnMut(&Ensemble, &Traces),
 ) -> Result<Uncertainty, MarchError> {
     let Sweep { members, sampling, bounds } = *sweep;
     let envelope = Envelope::of(case, plan, nominal, bounds, sampling.kind, &march.monitor())?;
     let driver = driver_emissivity(case, plan, march, nominal)?;
-    let mut gathered = SweepStatistics::new(case, nominal, &envelope, bounds, sampling.kind)
+    let mut sweep_statistics = SweepStatistics::new(case, nominal, &envelope, bounds, sampling.kind)
         .with_driver_emissivity(driver.as_ref(), sampling.seed);
-    let watch = &mut |_: &SweepStatistics, ensemble: &Ensemble, traces: &Traces| watch(ensemble, traces);
+    let on_batch = &mut |_: &SweepStatistics, ensemble: &Ensemble, traces: &Traces| on_batch(ensemble, traces);
     let ensemble = sweep.ensemble(case);
-    gathered.march(case, plan, march, &ensemble, 0..members, watch)?;
-    let mut found = gathered.results(nominal, &sampling, members);
+    sweep_statistics.march(case, plan, march, &ensemble, 0..members, on_batch)?;
+    let mut found = sweep_statistics.results(nominal, &sampling, members);
     found.discretisation_error = sweep_error(case, plan, march.backend().precision, &ensemble, &march.monitor())?;
     Ok(found)
 }
@@ -233,7 +233,7 @@ impl SweepStatistics {
         self
     }
 
-    /// March some members of an ensemble and accumulate them. `watch` receives the statistics up to and with each
+    /// March some members of an ensemble and accumulate them. `on_batch` receives the statistics up to and with each
     /// batch, the ensemble and the batch.
     ///
     /// # Errors
@@ -245,7 +245,7 @@ impl SweepStatistics {
         march: &mut dyn March,
         ensemble: &Ensemble,
         members: Range<usize>,
-        watch: &mut dyn FnMut(&Self, &Ensemble, &Traces),
+        on_batch: &mut dyn FnMut(&Self, &Ensemble, &Traces),
     ) -> Result<(), MarchError> {
         let (mut outputs, has_limits) = (Vec::new(), !self.margins.is_empty());
         let marched = march_members(march, &plan.clone().without_gauges(), ensemble, members, &mut |mut traces| {
@@ -280,7 +280,7 @@ impl SweepStatistics {
                 let factors: Vec<f64> = block.flat_map(|member| ensemble.member(traces.first + member)).collect();
                 self.accumulator.add_block(&outputs, &factors, &is_complete);
             }
-            watch(self, ensemble, &traces);
+            on_batch(self, ensemble, &traces);
         });
         self.margins.sort();
         marched
@@ -379,15 +379,15 @@ impl SweepStatistics {
         let Self { accumulator, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
         let peaks_and_times = sensors * instants..sensors * (instants + 2);
-        let mut causes = accumulator.sensitivity_indices(self.is_independent, peaks_and_times.clone());
+        let mut indices = accumulator.sensitivity_indices(self.is_independent, peaks_and_times.clone());
         let tolerance_k = nominal.error_estimate.as_ref().map_or(DEFAULT_TOLERANCE_K, |reached| reached.tolerance_k);
         let is_noise = |output: usize| accumulator.deviation(output) < NOISE_RATIO * tolerance_k;
         for output in (0..peaks_and_times.start + sensors).filter(|&output| is_noise(output)) {
-            causes[output] = causes[output].clone().of_constant();
+            indices[output] = indices[output].clone().of_constant();
             // A plateau has no time of its peak.
             if let Some(peak) = output.checked_sub(peaks_and_times.start) {
                 let time = peaks_and_times.start + sensors + peak;
-                causes[time] = causes[time].clone().of_constant();
+                indices[time] = indices[time].clone().of_constant();
             }
         }
         let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
@@ -404,7 +404,7 @@ impl SweepStatistics {
                 high_k: over(sensor, &|output| accumulator.max(output)),
                 percentiles_k,
                 members_k: self.traces.first_traces_k(sensor, SHOWN_MEMBERS),
-                indices: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
+                indices: indices[sensor * instants..(sensor + 1) * instants].to_vec(),
                 simultaneous: whole,
             }
         });
@@ -416,8 +416,8 @@ impl SweepStatistics {
                 deviation_k: accumulator.deviation(hot),
                 percentiles_k: PERCENTS.map(|percent| accumulator.percentile(hot, percent)),
                 percentiles_s: PERCENTS.map(|percent| accumulator.percentile(late, percent)),
-                temperature_indices: causes[hot].clone(),
-                time_indices: causes[late].clone(),
+                temperature_indices: indices[hot].clone(),
+                time_indices: indices[late].clone(),
             }
         });
         Uncertainty {

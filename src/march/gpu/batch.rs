@@ -151,17 +151,19 @@ impl Batch {
         if let Some(&step) = progress[count..].iter().find(|&&step| step as usize > plan.steps()) {
             return Err(device.error(format!("reports that a member diverged on step {step} of {}", plan.steps())));
         }
-        let gathered = |words: OutputReadbacks| -> Result<Traces, MarchError> {
+        let read_traces = |words: OutputReadbacks| -> Result<Traces, MarchError> {
             let (final_state, recorded) =
                 (device.finish_readback::<W>(words.state)?, device.finish_readback::<W>(words.traces)?);
             Ok(gather_traces(plan, first, count, &recorded, &final_state))
         };
-        let mut values = gathered(self.values)?;
+        let mut values = read_traces(self.values)?;
         let ends = progress[count..].iter().zip(values.extremes_k.chunks_exact(plan.rows.plies.len()));
         values.statuses = ends
-            .map(|(&strayed, extremes_k)| member_status(plan, (strayed as usize).checked_sub(1), extremes_k))
+            .map(|(&diverged_step, extremes_k)| {
+                member_status(plan, (diverged_step as usize).checked_sub(1), extremes_k)
+            })
             .collect();
-        let changes = self.tangents.map(gathered).transpose()?;
+        let changes = self.tangents.map(read_traces).transpose()?;
         let changes = changes.map(|changes| Traces { statuses: values.statuses.clone(), ..changes });
         Ok((values, changes))
     }

@@ -73,18 +73,18 @@ pub(super) fn major_corners(schedule: &Schedule, duration_s: f64) -> Vec<f64> {
             smallest.push(Reverse((ranks[neighbour].to_bits(), neighbour)));
         }
     }
-    let mut bends: Vec<usize> = (1..last).filter(|&point| ranks[point] > 0.0).collect();
-    if bends.len() > FEW_CORNERS {
-        let least = LARGE_SHARE * bends.iter().fold(0.0, |most: f64, &point| most.max(ranks[point]));
-        let is_short = bends.len() <= SOME_CORNERS;
+    let mut corners: Vec<usize> = (1..last).filter(|&point| ranks[point] > 0.0).collect();
+    if corners.len() > FEW_CORNERS {
+        let least = LARGE_SHARE * corners.iter().fold(0.0, |most: f64, &point| most.max(ranks[point]));
+        let is_short = corners.len() <= SOME_CORNERS;
         let is_large = |point: usize| ranks[point] >= least && (is_short || heights[point] >= LARGE_HEIGHT);
-        let keeps_large = bends.iter().filter(|&&point| is_large(point)).count() <= MOST_CORNERS;
-        bends.retain(|&point| ranks[point] >= MAJOR_CORNER_RANK || (keeps_large && is_large(point)));
-        bends.sort_by(|&one, &other| ranks[other].total_cmp(&ranks[one]));
-        bends.truncate(MOST_CORNERS);
-        bends.sort_unstable();
+        let keeps_large = corners.iter().filter(|&&point| is_large(point)).count() <= MOST_CORNERS;
+        corners.retain(|&point| ranks[point] >= MAJOR_CORNER_RANK || (keeps_large && is_large(point)));
+        corners.sort_by(|&one, &other| ranks[other].total_cmp(&ranks[one]));
+        corners.truncate(MOST_CORNERS);
+        corners.sort_unstable();
     }
-    bends.into_iter().map(|point| points[point].0).collect()
+    corners.into_iter().map(|point| points[point].0).collect()
 }
 
 #[cfg(test)]

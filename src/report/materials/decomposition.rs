@@ -16,14 +16,14 @@ pub(super) fn pores_text(pores: &Pores, provenance: &Provenance) -> String {
 }
 
 fn pore_values(pores: &Pores) -> String {
-    let mut said = format!("porosity {}, permeability {:.1e} m²", pores.porosity, pores.permeability_m2);
+    let mut text = format!("porosity {}, permeability {:.1e} m²", pores.porosity, pores.permeability_m2);
     if pores.slip_pa_k > 0.0 {
-        said += &format!(", slip {:.3} Pa/K", pores.slip_pa_k);
+        text += &format!(", slip {:.3} Pa/K", pores.slip_pa_k);
     }
     if pores.forchheimer_1_m > 0.0 {
-        said += &format!(", Forchheimer {:.1e}/m", pores.forchheimer_1_m);
+        text += &format!(", Forchheimer {:.1e}/m", pores.forchheimer_1_m);
     }
-    said
+    text
 }
 
 /// The temperatures at which each reaction is half complete: they show a wrong unit or exponent of A or E at once.

@@ -23,12 +23,12 @@ pub(super) fn explanation() -> String {
 /// The two steps of the selection, one sentence each.
 pub(super) fn steps(case: &Case, outcome: &Sensitivity) -> [String; 2] {
     let [first, second] = steps_without_shares(case, outcome);
-    let mut matter = outcome.influential_factors();
-    if matter.is_empty() || outcome.all.factors.len() == 1 {
+    let mut influential = outcome.influential_factors();
+    if influential.is_empty() || outcome.all.factors.len() == 1 {
         return [first, second];
     }
-    matter.sort_by(|&a, &b| outcome.shares[b].total_cmp(&outcome.shares[a]));
-    let shares: Vec<String> = matter.iter().map(|&factor| with_share(case, outcome, factor)).collect();
+    influential.sort_by(|&a, &b| outcome.shares[b].total_cmp(&outcome.shares[a]));
+    let shares: Vec<String> = influential.iter().map(|&factor| with_share(case, outcome, factor)).collect();
     let first = first.trim_end_matches('.');
     [format!("{first}; shares of the variance: {}.", format::list(&shares)), second]
 }

@@ -83,8 +83,8 @@ fn temperature_bands(case: &Case, outcome: &Uncertainty, nominal: Option<&Predic
 
 fn variance_shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
     let name = &case.sensors[sensor].name;
-    let causes = &outcome.spreads[sensor].indices;
-    let percent = |factor: usize| causes.iter().map(|causes| 100.0 * causes.shares[factor]).collect::<Vec<f64>>();
+    let indices = &outcome.spreads[sensor].indices;
+    let percent = |factor: usize| indices.iter().map(|indices| 100.0 * indices.shares[factor]).collect::<Vec<f64>>();
     let parts = case.factors.iter().enumerate().map(|(index, factor)| StackedArea {
         name: factor.name.clone(),
         ink: Ink::Series(index),
@@ -121,9 +121,9 @@ fn total_indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Fi
     // Where the variance is zero, indices are undefined.
     let most_k = spread.deviation_k.iter().copied().fold(0.0, f64::max);
     let from = spread.deviation_k.iter().position(|&deviation_k| deviation_k > 0.01 * most_k)?;
-    let (times, causes) = (&outcome.instants_s[from..], &spread.indices[from..]);
+    let (times, indices) = (&outcome.instants_s[from..], &spread.indices[from..]);
     let curve = |factor: usize, of: fn(&ConfidenceInterval) -> f64| -> Vec<f64> {
-        causes.iter().map(|causes| 100.0 * of(&causes.total[factor])).collect()
+        indices.iter().map(|indices| 100.0 * of(&indices.total[factor])).collect()
     };
     let mut layers: Vec<Layer> = data_window(case, sensor, "data window").into_iter().collect();
     let matters = |factor: &usize| curve(*factor, |index| index.value).into_iter().any(|percent| percent > 2.0);
@@ -140,7 +140,7 @@ fn total_indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Fi
         let values = curve(factor, |index| index.value);
         layers.push(line(case.factors[factor].name.clone(), Ink::Series(factor), stroke, times, &values));
     }
-    let rest = causes.iter().map(|causes| causes.unexplained).fold(0.0, f64::max);
+    let rest = indices.iter().map(|indices| indices.unexplained).fold(0.0, f64::max);
     let sum = if outcome.is_independent {
         "Their sum counts each pairwise interaction twice."
     } else {

@@ -57,13 +57,13 @@ pub(super) fn sensitivity_indices<'a>(case: &'a Case, outcome: &Uncertainty) -> 
     OrderedMap(case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
 }
 
-fn indices_record<'a>(case: &'a Case, causes: &SensitivityIndices) -> IndicesRecord<'a> {
+fn indices_record<'a>(case: &'a Case, indices: &SensitivityIndices) -> IndicesRecord<'a> {
     let each = |factor: usize| FactorIndices {
-        correlation: causes.correlations[factor],
-        rank_correlation: causes.rank_correlations[factor],
-        partial_rank_correlation: causes.partial_rank_correlations[factor],
-        first_order: causes.first[factor],
-        total: causes.total[factor],
+        correlation: indices.correlations[factor],
+        rank_correlation: indices.rank_correlations[factor],
+        partial_rank_correlation: indices.partial_rank_correlations[factor],
+        first_order: indices.first[factor],
+        total: indices.total[factor],
     };
     let named = case.factors.iter().enumerate().map(|(index, factor)| (factor.name.as_str(), each(index)));
     let pair = |pair: PairIndex| PairRecord {
@@ -74,8 +74,8 @@ fn indices_record<'a>(case: &'a Case, causes: &SensitivityIndices) -> IndicesRec
     };
     IndicesRecord {
         factors: OrderedMap(named.collect()),
-        second_order: ranked_pairs(causes).into_iter().map(pair).collect(),
-        unexplained: causes.unexplained,
+        second_order: ranked_pairs(indices).into_iter().map(pair).collect(),
+        unexplained: indices.unexplained,
     }
 }
 

@@ -8,9 +8,9 @@ use crate::study::uncertainty::Uncertainty;
 
 /// Shares of the variance of a sensor's peak due to single factors and to pairwise interactions.
 pub(super) fn variance_decomposition(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> Option<String> {
-    let causes = &outcome.peaks[sensor].temperature_indices;
+    let indices = &outcome.peaks[sensor].temperature_indices;
     let name = answers.sensor_name(&answers.case, sensor);
-    let first = defined_indices(&causes.first)?;
+    let first = defined_indices(&indices.first)?;
     if !outcome.is_independent {
         let most = (0..first.len()).max_by(|&a, &b| first[a].value.total_cmp(&first[b].value))?;
         return Some(format!(
@@ -19,18 +19,18 @@ pub(super) fn variance_decomposition(answers: &Answers, outcome: &Uncertainty, s
              that effect, is {}.",
             answers.case.factors[most].name,
             index_with_interval(first[most]),
-            format::percent(causes.total[most].value),
+            format::percent(indices.total[most].value),
         ));
     }
     let explained: f64 = first.iter().map(|index| index.value).sum();
-    let together = (1.0 - explained - causes.unexplained).max(0.0);
+    let by_pairs = (1.0 - explained - indices.unexplained).max(0.0);
     let mut text = format!(
         "Variance of the peak of {name}: first-order Sobol indices sum to {}, pairwise interactions explain {}",
         format::percent_near_limits(explained.min(1.0)),
-        format::percent_near_limits(together),
+        format::percent_near_limits(by_pairs),
     );
-    if causes.unexplained >= 0.0005 {
-        text += &format!(", {} is unexplained", format::percent_near_limits(causes.unexplained));
+    if indices.unexplained >= 0.0005 {
+        text += &format!(", {} is unexplained", format::percent_near_limits(indices.unexplained));
     }
     Some(text + ".")
 }
@@ -46,9 +46,9 @@ pub(super) const HEAD: [&str; 6] = [
 ];
 
 /// Rows of the table, one per factor, the largest total index first.
-pub(super) fn rows(answers: &Answers, causes: &SensitivityIndices) -> Vec<Vec<String>> {
+pub(super) fn rows(answers: &Answers, indices: &SensitivityIndices) -> Vec<Vec<String>> {
     let mut order: Vec<usize> = (0..answers.case.factors.len()).collect();
-    order.sort_by(|&a, &b| largest_first(causes.total[a], causes.total[b]));
+    order.sort_by(|&a, &b| largest_first(indices.total[a], indices.total[b]));
     let signed = |likely: ConfidenceInterval| {
         let [value, low, high] = [likely.value, likely.low, likely.high].map(|value| format!("{value:.2}"));
         if likely.value.is_nan() { "unknown".to_owned() } else { format!("{value} ({low} to {high})") }
@@ -56,11 +56,11 @@ pub(super) fn rows(answers: &Answers, causes: &SensitivityIndices) -> Vec<Vec<St
     let row = |factor: usize| {
         vec![
             answers.case.factors[factor].name.clone(),
-            index_with_interval(causes.first[factor]),
-            index_with_interval(causes.total[factor]),
-            signed(causes.correlations[factor]),
-            signed(causes.rank_correlations[factor]),
-            signed(causes.partial_rank_correlations[factor]),
+            index_with_interval(indices.first[factor]),
+            index_with_interval(indices.total[factor]),
+            signed(indices.correlations[factor]),
+            signed(indices.rank_correlations[factor]),
+            signed(indices.partial_rank_correlations[factor]),
         ]
     };
     order.into_iter().map(row).collect()
@@ -74,18 +74,18 @@ const MIN_INDEX_SHOWN: f64 = 0.0005;
 pub(super) const PAIR_HEAD: [&str; 2] = ["Factors", "Second-order Sobol index"];
 
 /// Rows of the table of second-order indices, the largest first.
-pub(super) fn pair_rows(case: &Case, causes: &SensitivityIndices) -> Vec<Vec<String>> {
+pub(super) fn pair_rows(case: &Case, indices: &SensitivityIndices) -> Vec<Vec<String>> {
     let row = |pair: &PairIndex| vec![pair_names(case, *pair).join(" and "), index_with_interval(pair.index)];
-    ranked_pairs(causes).iter().take(pairs_shown(causes)).map(row).collect()
+    ranked_pairs(indices).iter().take(pairs_shown(indices)).map(row).collect()
 }
 
-fn pairs_shown(causes: &SensitivityIndices) -> usize {
-    causes.second.iter().filter(|pair| pair.index.value >= MIN_INDEX_SHOWN).count().clamp(1, PAIRS_SHOWN)
+fn pairs_shown(indices: &SensitivityIndices) -> usize {
+    indices.second.iter().filter(|pair| pair.index.value >= MIN_INDEX_SHOWN).count().clamp(1, PAIRS_SHOWN)
 }
 
 /// Explanation of the table of second-order indices.
-pub(super) fn pair_explanation(causes: &SensitivityIndices) -> String {
-    let others = match causes.second.len().saturating_sub(pairs_shown(causes)) {
+pub(super) fn pair_explanation(indices: &SensitivityIndices) -> String {
+    let others = match indices.second.len().saturating_sub(pairs_shown(indices)) {
         0 => String::new(),
         others => format!(" second-order.csv also has {} with smaller indices.", format::counted(others, "pair")),
     };
@@ -102,8 +102,8 @@ fn largest_first(one: ConfidenceInterval, other: ConfidenceInterval) -> std::cmp
 }
 
 /// Pairs of factors, the largest index first.
-pub(super) fn ranked_pairs(causes: &SensitivityIndices) -> Vec<PairIndex> {
-    let mut pairs = causes.second.clone();
+pub(super) fn ranked_pairs(indices: &SensitivityIndices) -> Vec<PairIndex> {
+    let mut pairs = indices.second.clone();
     pairs.sort_by(|a, b| largest_first(a.index, b.index));
     pairs
 }
