@@ -10,7 +10,7 @@ struct Node {
     gas_heat_capacity: real,
 }
 
-// What the cells of a ply share where it is one substance, or states that are multiples of one.
+// Properties common to the cells of a ply that is one substance, or whose states are multiples of one.
 struct PlyProperties {
     location: TableLocation,
     parts: u32,

@@ -5,7 +5,7 @@
 @group(0) @binding(0) var<uniform> run: DispatchParameters;
 @group(0) @binding(1) var<uniform> cells: array<Cell, CELLS>;
 @group(0) @binding(2) var<uniform> plan: Plan;
-// Of each interface, m²K/W.
+// Contact resistance of each interface, m²K/W.
 @group(0) @binding(3) var<storage, read> contacts_m2_k_w: array<real>;
 // Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end of the march.
 @group(0) @binding(4) var<storage, read> boundary_forcing: array<BoundaryForcing>;

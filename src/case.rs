@@ -185,8 +185,8 @@ impl Case {
         &self.reading_notes.unread
     }
 
-    /// What the files of the case hold of each observed sensor beside its observation. They are no part of the content;
-    /// a case from a builder has none.
+    /// The recorded channel of each observed sensor, with the samples that its observation leaves out. Channels are no
+    /// part of the content; a case from a builder has none.
     pub fn recorded_channels(&self) -> &[RecordedChannel] {
         &self.reading_notes.recorded
     }

@@ -64,7 +64,7 @@ pub enum MarchError {
     /// No device was found.
     #[error("no Vulkan device: {reason}; {remedy}")]
     NoDevice {
-        /// What was not found.
+        /// Reason why no device was found.
         reason: String,
         /// How to remedy it.
         remedy: String,
@@ -149,7 +149,7 @@ pub trait March: Send {
         Monitor::default()
     }
 
-    /// What did not go as planned, for the record of a study.
+    /// Deviations from the planned run, for the record of a study.
     fn remarks(&self) -> Vec<String> {
         Vec::new()
     }

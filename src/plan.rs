@@ -66,13 +66,13 @@ pub struct ErrorEstimate {
     /// The largest error of the members at corners of these bounds that completed on this plan and on the one with
     /// twice the cells and steps; `None` if none did, as without factors.
     pub corners_k: Option<f64>,
-    /// Corners that were marched.
+    /// Number of corners that were marched.
     pub corners: usize,
-    /// Of these, the ones that did not complete.
+    /// Number of marched corners that did not complete.
     pub failed_corners: usize,
     /// Gauges of the nominal member; empty without decomposition and gas flow.
     pub gauges: Vec<GaugeError>,
-    /// What rounding adds to these errors; `None` in f64.
+    /// Contribution of rounding to these errors; `None` in f64.
     pub rounding: Option<RoundingError>,
 }
 
@@ -80,20 +80,20 @@ pub struct ErrorEstimate {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct RoundingError {
-    /// Of the nominal member, K.
+    /// Error of the nominal member, K.
     pub nominal_k: f64,
-    /// Of the members at corners of the factors' small bounds that complete, K; `None` without factors.
+    /// Largest error of the members at corners of the factors' small bounds that complete, K; `None` without factors.
     pub corners_k: Option<f64>,
     /// Gauges of the nominal member.
     pub gauges: Vec<GaugeError>,
-    /// Of the residual of the energy balance of the nominal member, relative to the heat moved.
+    /// Error of the residual of the energy balance of the nominal member, relative to the heat moved.
     pub energy_balance: f64,
-    /// Of the residual of its mass balance, relative to the mass moved.
+    /// Error of the residual of the mass balance of the nominal member, relative to the mass moved.
     pub mass_balance: f64,
 }
 
 impl ErrorEstimate {
-    /// Of a march without gauges and other members.
+    /// The estimate for a march without gauges and other members.
     pub(crate) fn of_temperature(nominal_k: f64, tolerance_k: f64) -> Self {
         Self {
             tolerance_k,
@@ -114,7 +114,7 @@ impl ErrorEstimate {
 }
 
 impl RoundingError {
-    /// Of a gauge, in its unit or relative to its peak; zero where it is not recorded.
+    /// Error of a gauge, in its unit or relative to its peak; zero where it is not recorded.
     pub(crate) fn of_gauge(&self, gauge: Gauge) -> f64 {
         self.gauges.iter().find(|found| found.gauge == gauge).map_or(0.0, |found| found.error)
     }

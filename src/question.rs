@@ -160,7 +160,7 @@ impl Question {
     /// Read the other cases that the question names by their paths.
     ///
     /// # Errors
-    /// That of reading a case.
+    /// The error of reading a case.
     pub fn read_cases(&mut self, mut read: impl FnMut(&Path) -> Result<Case, CaseError>) -> Result<(), CaseError> {
         let (others, compare) = match self {
             Self::Estimate(question) => (&mut question.others[..], question.compare.as_mut()),

@@ -66,7 +66,7 @@ pub struct Session {
     options: Options,
     pool: Option<ThreadPool>,
     marches: Vec<OpenMarch>,
-    /// Of the plan; a march in f32 adds its rounding.
+    /// Discretisation error of the plan; a march in f32 adds its rounding.
     discretisation_error: Option<ErrorEstimate>,
     opening: OpeningTime,
     answers: Option<Answers>,
@@ -176,7 +176,7 @@ impl Session {
             let answers = Answers::new(question.name(), case, backend, seconds, run);
             let mut study = RunningStudy { plan, march, options, answers };
             let answer = work(&mut study).map_err(|error| match (error, study.answers.unusable_reason()) {
-                // What a study finds wrong with a case may be due to a nominal march that is worthless.
+                // An input error that a study reports may be due to a nominal march that is worthless.
                 (SessionError::Input(_), Some(reason)) => SessionError::Unusable(reason),
                 (error, _) => error,
             })?;

@@ -135,17 +135,17 @@ pub enum MemberStatus {
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Balance {
-    /// Into the hot face.
+    /// Heat into the layup through the hot face.
     pub hot_in_j_m2: f64,
-    /// Out of the hot face.
+    /// Heat out of the layup through the hot face.
     pub hot_out_j_m2: f64,
-    /// Into the back face.
+    /// Heat into the layup through the back face.
     pub back_in_j_m2: f64,
-    /// Out of the back face.
+    /// Heat out of the layup through the back face.
     pub back_out_j_m2: f64,
-    /// From the holder.
+    /// Heat from the holder into the layup.
     pub holder_in_j_m2: f64,
-    /// To the holder.
+    /// Heat from the layup to the holder.
     pub holder_out_j_m2: f64,
     /// Change of stored heat; of either sign.
     pub stored_j_m2: f64,
@@ -168,7 +168,7 @@ pub struct Balance {
 const MIN_HEAT_J_M2: f64 = 1e-3;
 
 impl Balance {
-    /// From the sums of a member: in and out through the hot face, the back face, and the holder.
+    /// The balance from the sums of a member: heat in and out through the hot face, the back face, and the holder.
     pub fn new(sums_j_m2: [f64; 6], stored_j_m2: f64) -> Self {
         let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2] = sums_j_m2;
         Self {

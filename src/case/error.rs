@@ -58,7 +58,7 @@ fn column_letters(mut column: usize) -> String {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub struct Diagnostic {
-    /// Its position.
+    /// Position of the error.
     pub location: SourceLocation,
     /// The error, the value found and the value expected; a fragment in lower case.
     pub message: String,

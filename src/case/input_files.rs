@@ -5,9 +5,9 @@ use sha2::{Digest, Sha256};
 /// A file that was read for a case.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct InputFile {
-    /// Its path as it was opened; the id of a case that was read from text in memory.
+    /// Path of the file as it was opened; the id of a case that was read from text in memory.
     pub path: String,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of the bytes of the file, in hexadecimal.
     pub sha256: String,
 }
 

@@ -23,7 +23,7 @@ pub struct Ply {
     pub name: String,
     /// The plies that share scale factors: `OF`, `INS`, `GB` in the paper.
     pub group: String,
-    /// Its material.
+    /// Material of the ply.
     pub material: Arc<Material>,
     /// Thickness, above zero, m.
     pub thickness_m: f64,

@@ -16,9 +16,9 @@ pub(crate) struct OwnMaterials {
 /// A material file of a case that no ply uses: a candidate of a trade study.
 #[derive(Clone, Debug)]
 pub(super) struct UnusedMaterial {
-    /// Its name, which is the id of the material.
+    /// Name of the file, which is the id of the material.
     pub(super) name: String,
-    /// Its path.
+    /// Path of the file.
     pub(super) path: String,
     /// The material and the file that was read, or the errors of the file: they do not matter to a case without it.
     pub(super) read: Result<(Arc<Material>, InputFile), String>,

@@ -1,4 +1,4 @@
-//! What the reader of a case notes: what was recorded, and data that are not read.
+//! Notes of the reader of a case: recorded channels, and data that are not read.
 
 use super::error::Diagnostic;
 use super::own_materials::OwnMaterials;
@@ -9,9 +9,9 @@ use super::smoothed_driver::SmoothedDriver;
 /// Notes on the files of a case. They are no part of its content: cases that differ in them only are equal.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReadingNotes {
-    /// What was not read.
+    /// Data that were not read.
     pub(super) unread: Vec<Diagnostic>,
-    /// What was recorded of each sensor.
+    /// Recorded channel of each sensor.
     pub(super) recorded: Vec<RecordedChannel>,
     /// Temperatures of held faces before they were smoothed.
     pub(super) drivers: Vec<SmoothedDriver>,

@@ -1,4 +1,4 @@
-//! What was recorded of a sensor beside its observation.
+//! The recorded channel from which the observation of a sensor was read.
 
 /// The column from which an observation was read, and its samples that are kept out.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct RecordedChannel {
     pub last_s: f64,
     /// Samples before the start of the exposure: times, s, below zero.
     pub earlier_times_s: Vec<f64>,
-    /// Their temperatures, K.
+    /// Temperatures of the samples before the start, K.
     pub earlier_temperatures_k: Vec<f64>,
     /// Number of samples after the end of the exposure.
     pub later: usize,

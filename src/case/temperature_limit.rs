@@ -6,7 +6,7 @@ use super::{Layup, Sensor};
 /// The highest temperature that a part of a case may reach.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct TemperatureLimit {
-    /// What the limit is for.
+    /// The part to which the limit applies.
     pub part: LimitedPart,
     /// The limit, K.
     pub limit_k: f64,

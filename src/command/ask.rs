@@ -23,7 +23,7 @@ pub(crate) struct Extras {
 }
 
 impl Extras {
-    /// Those of a question that keeps its finished work.
+    /// Options of a question that keeps its finished work.
     pub(crate) fn kept(resume: ResumeArgs, max_failed: Option<usize>) -> Self {
         Self { resume: Some(resume), max_failed, keep: None }
     }
@@ -125,7 +125,7 @@ fn reason_of_failure(answers: &Answers, question: &Question, max_failed: Option<
     swept.or_else(sized).or_else(traded).or_else(inverted)
 }
 
-/// What made the rows of the files of members.
+/// Origin of the rows of the files of members: case, sampling and backend.
 pub(crate) fn origin(case: &Case, draw: &Sweep, backend: &Backend) -> Vec<(&'static str, String)> {
     vec![
         ("case", case.id().to_owned()),

@@ -84,7 +84,7 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
     text + "\n" + &wrap("", &format!("--backend auto chooses {auto}")).join("\n") + "\n"
 }
 
-/// What the rounding of one precision means for marches.
+/// Consequence of the rounding of one precision for marches.
 fn verdict_of_rounding(RoundingTest { own, used, .. }: &RoundingTest) -> String {
     let of = |count: usize, what: &str| format!("{count} of {PAIRS} {what} are wrong");
     let inexact = [of(own.quotients, "quotients"), of(own.roots, "square roots")].join(", ");

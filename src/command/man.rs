@@ -8,7 +8,7 @@ use clap_mangen::Man;
 use std::fs;
 use std::path::Path;
 
-/// What every page has, and no other file.
+/// Text that every page has, and no other file.
 const TITLE: &str = ".TH bondline";
 
 /// Write one page per command: `bondline.1`, `bondline-predict.1`, ... Only earlier pages are overwritten.

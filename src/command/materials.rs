@@ -92,7 +92,7 @@ fn write(
     Ok(format!("{}: written\n{}", out.display(), summary(&material)))
 }
 
-/// What a march makes of a material.
+/// Summary of a material, and its treatment by a march.
 fn summary(material: &Material) -> String {
     let mut text = materials::summary(material);
     if advances_enthalpy(material) {

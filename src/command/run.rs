@@ -1,4 +1,4 @@
-//! What the studies of a case share: the session, the folder of the report, the output and the exit code.
+//! Code common to the studies of a case: the session, the folder of the report, the output and the exit code.
 
 use crate::case::{Case, CaseError, SourceLocation};
 use crate::command::args::{CaseArgs, MarchArgs, ResumeArgs};

@@ -96,7 +96,7 @@ impl Marginal {
         let share = match self.shape {
             Shape::SplitNormal { mode, deviations, below } => {
                 let (tail, half) = tail_and_half();
-                // Of the side of the value: its probability from the bound to the value.
+                // Probability of the side of the value from its bound to the value.
                 let from_bound = |distance: f64| (Normal::standard().cdf(-distance) - tail) / half;
                 if value < mode {
                     below * from_bound((mode - value) / deviations[0])

@@ -159,8 +159,8 @@ fn next_to_drop(
     Some((index, DropReason::StandardError { error, width }))
 }
 
-/// Of two variables the one with the smaller effect, then the other. Effects within 1 % count as equal, since identical
-/// columns differ by the error of the derivatives; then the later one is dropped.
+/// The one of two variables with the smaller effect, which is dropped, and the other one. Effects within 1 % count as
+/// equal, since identical columns differ by the error of the derivatives; then the later variable is dropped.
 fn by_effect((i, j): (usize, usize), effect: impl Fn(usize) -> f64) -> (usize, usize) {
     let (earlier, later) = (i.min(j), i.max(j));
     if effect(earlier) < 0.99 * effect(later) { (earlier, later) } else { (later, earlier) }

@@ -21,7 +21,7 @@ const SWEEP: &str = "sweep.json";
 /// The files of a study that keeps the rows of its log.
 #[derive(Clone, Copy)]
 pub(crate) struct RowFiles {
-    /// What the rows are of, and their number.
+    /// File with the origin of the rows and their number.
     head: &'static str,
     rows: &'static str,
     unit: &'static str,
@@ -50,7 +50,7 @@ pub struct Checkpoint {
     interval: Duration,
 }
 
-/// What a folder keeps.
+/// Finished work that a folder keeps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct KeptWork {

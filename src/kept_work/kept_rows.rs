@@ -1,5 +1,5 @@
-//! What rows of the [log](super::work_log) of a study are of: in a file beside their [journal](super::row_journal), and
-//! in a [part](super::log_part) for another process.
+//! The origin of the rows of the [log](super::work_log) of a study: in a file beside their
+//! [journal](super::row_journal), and in a [part](super::log_part) for another process.
 
 use super::checksum::{sealed, unsealed};
 use super::sweep_piece::fingerprint;
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct KeptRows {
-    /// When, by which version and command, and from which files they were made.
+    /// When, by which version and command, and from which files the rows were made.
     pub(crate) run: RunRecord,
     /// Cases, backend, version and options, in words that differ if one of them does.
     pub(crate) study: String,

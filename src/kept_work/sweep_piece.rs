@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Piece<N = Vec<i128>> {
-    /// When, by which version and command, and from which files it was made.
+    /// When, by which version and command, and from which files the piece was made.
     pub run: RunRecord,
     /// The case that was marched.
     pub case: CaseIdentity,
@@ -343,7 +343,8 @@ fn remove_notes(content: &mut Value) {
     }
 }
 
-/// What makes two pieces parts of different sweeps, with its value in each: case, samples, backend or nominal march.
+/// The difference that makes two pieces parts of different sweeps, with its value in each: case, samples, backend or
+/// nominal march.
 pub(crate) fn difference(piece: &Piece, first: &Piece) -> Option<(&'static str, String, String)> {
     let pair = |what, word: &dyn Fn(&Piece) -> String| Some((what, word(piece), word(first)));
     if piece.case.fingerprint != first.case.fingerprint {

@@ -56,7 +56,7 @@ pub(crate) struct Specimen<'a> {
     is_chain: bool,
     heating_k_s: f64,
     temperature_k: f64,
-    /// What each reaction can consume.
+    /// Amount of reactant that each reaction can consume.
     reactants: Vec<f64>,
     advancements: Vec<f64>,
 }

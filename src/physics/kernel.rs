@@ -141,14 +141,14 @@ pub struct MemberResult {
     pub cell_states: Vec<f64>,
 }
 
-/// What the members of a group record, each from the start of the march to its end.
+/// Records of the members of a group, each from the start of the march to its end.
 struct Records<'a> {
     lanes: usize,
     /// Member × sensor × instant.
     temperatures_k: &'a mut [f64],
     /// Member × gauge × instant.
     gauges: Vec<f64>,
-    /// Of the first member: quantity × cell × instant, where they are read.
+    /// States of the cells of the first member, quantity × cell × instant, where they are read.
     cell_states: Vec<f64>,
 }
 

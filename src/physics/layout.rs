@@ -1,4 +1,4 @@
-//! What a march reads of a plan: rows of plain data, sizes and switches. Only rows are uploaded to a device.
+//! The data that a march reads from a plan: rows of plain data, sizes and switches. Only rows are uploaded to a device.
 //!
 //! Real-valued rows are generic over the scalar and hold only reals, so that one definition serves f32 and f64; index
 //! rows are `u32`. The WGSL structs of a kernel are generated from these definitions.
@@ -157,17 +157,17 @@ rows! {
         end_cell,
         /// Number of states, virgin and residues; their rows start at `first_state`.
         states,
-        /// Tabulated states: all, or the virgin one alone where the properties of every residue are multiples of its.
+        /// Tabulated states: all, or the virgin one alone where the properties of every residue are multiples
+        /// of the virgin ones.
         rows,
-        /// Conductivity columns that the factors need separately: see
-        /// [`PlanRows::conductivity_parts`].
+        /// Conductivity columns that the factors need separately: see [`PlanRows::conductivity_parts`].
         parts,
         /// 1 where the ply above is of the same material, else 0.
         same_material_above,
-        /// Its pressure levels, at which the conductivity is tabulated.
+        /// Pressure levels of the ply, at which the conductivity is tabulated.
         first_level,
         levels,
-        /// 1 where its conductivity follows a changing pressure, else 0.
+        /// 1 where the conductivity of the ply depends on a changing pressure, else 0.
         depends_on_pressure,
         first_state,
         first_reaction,

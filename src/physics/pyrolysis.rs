@@ -95,7 +95,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let steepness = scale.activation * per_kelvin[i] * R::constant(reaction.activation_k);
                 // Two reactions in five have not begun or have ended (benches/LOG.md): their rate is not needed.
                 let mut live = (R::splat(reaction.idle) - steepness).ge_mask(zero);
-                // What a chained reaction consumes depends on the step of the one before.
+                // The reactant of a chained reaction depends on the step of the reaction before.
                 if reaction.chained == R::scalar(0.0) {
                     live = live * remaining(one, advancements[i * stride + j]).ge_mask(R::from_f64(REACTANT_MIN));
                 }

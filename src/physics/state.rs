@@ -72,7 +72,7 @@ pub(super) struct EliminatedRow<R> {
 
 /// Temperatures and the linear system of a step.
 pub(super) struct Thermal<R: Real> {
-    /// Of each cell at the start of the step, K.
+    /// Temperature of each cell at the start of the step, K.
     pub(super) temperatures: Vec<DoubleWord<R>>,
     pub(super) boundary_rows: [BoundaryRow<R>; 2],
     /// Heat conducted onwards by the cells of both faces at this stage, W/m², and −γ times its slopes by the cell's
@@ -82,7 +82,7 @@ pub(super) struct Thermal<R: Real> {
     /// Table row offsets of the cells of the current ply, and the fractions towards the next rows.
     pub(super) row_offsets: Vec<R::RowOffset>,
     pub(super) row_fractions: Vec<R>,
-    /// Of each cell at the stage last evaluated.
+    /// Properties of each cell at the stage last evaluated.
     pub(super) properties: Vec<CellProperties<R>>,
     pub(super) system: Vec<EliminatedRow<R>>,
     /// Temperature rise of each cell at the first stage, K.
@@ -135,8 +135,8 @@ pub(super) struct ReactionState<R: Real> {
     pub(super) advancements: Vec<DoubleWord<R>>,
     /// Stage; cell × state: volume fraction.
     pub(super) phases: [Vec<R>; 2],
-    /// Those of the first stage of the next step, where steps advance enthalpies: these need the composition of the
-    /// first stage to the end of a step.
+    /// Volume fractions at the first stage of the next step, where steps advance enthalpies: such a step needs the
+    /// composition at its first stage until its end.
     pub(super) next_phases: Vec<R>,
     /// Cell × state with table rows: enthalpy rise at the first stage (J/kg) and heat capacity (J/kg/K).
     pub(super) enthalpy_rises: Vec<[R; 2]>,

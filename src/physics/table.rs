@@ -15,7 +15,7 @@ pub struct TableIndex<R: Real> {
     pub fraction: R,
 }
 
-/// What finds the row of a temperature in the table at a location.
+/// The search for the row of a temperature in the table at a location.
 #[derive(Clone, Copy)]
 pub enum RowSearch<'a, R: Real> {
     /// Rows are the table steps, up to this one.

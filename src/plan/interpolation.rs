@@ -30,9 +30,9 @@ pub(crate) type Stencil = [(usize, f64); STENCIL_RECORDS];
 pub(crate) struct HighestPoint {
     pub(crate) value: f64,
     pub(crate) time_s: f64,
-    /// Index of its segment.
+    /// Index of the segment of the point.
     pub(crate) segment: usize,
-    /// Its records: the derivative of a maximum is the derivative at its time.
+    /// Records and weights of the point: the derivative of a maximum is the derivative at its time.
     pub(crate) stencil: Stencil,
 }
 

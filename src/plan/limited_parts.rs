@@ -1,12 +1,12 @@
-//! Readings for temperature limits: of each part with a limit the hottest temperature at an instant.
+//! Readings for temperature limits: the highest temperature of each part with a limit at an instant.
 
 use super::HeldReading;
 use super::forcing::Forcing;
 use crate::case::{Case, Face, LimitedPart, Sensor, Side, TemperatureLimit};
 use crate::traces::Peak;
 
-/// What the reading of a limit compares at an instant: the nodes of a ply, and faces of plies at interfaces. The outer
-/// faces of the layup have nodes.
+/// Temperatures of which the reading of a limit is the highest at an instant: those of the nodes of a ply, and of faces
+/// of plies at interfaces. The outer faces of the layup have nodes.
 pub(super) struct LimitReading {
     /// The ply whose nodes are read.
     pub(super) nodes_of: Option<usize>,
@@ -67,7 +67,7 @@ fn highest_start_k(case: &Case, ply: usize) -> f64 {
 /// A temperature limit of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LimitedRow {
-    /// Its row among the rows of sensors and readings.
+    /// Index of the reading among the rows of sensors and readings.
     pub(crate) row: usize,
     /// The limit, K.
     pub(crate) limit_k: f64,

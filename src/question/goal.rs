@@ -20,7 +20,7 @@ pub enum Goal {
     Part(Range<usize>),
     /// The piece of this number, from 1, of so many equal ones.
     Piece {
-        /// Its number.
+        /// The number of the piece, from 1.
         number: usize,
         /// The number of pieces.
         pieces: usize,

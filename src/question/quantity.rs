@@ -322,7 +322,7 @@ pub struct FactorValue {
     pub factor: String,
     /// The id of the case whose factor it is; `None`: every case that has it.
     pub case: Option<String>,
-    /// Its value, above zero.
+    /// The value, above zero.
     pub value: f64,
 }
 

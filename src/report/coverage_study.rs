@@ -87,7 +87,7 @@ fn is_biased(factor: &FactorCoverage) -> bool {
     factor.bias.abs() > 3.0 * factor.bias_error
 }
 
-/// Warnings.
+/// Warnings of an early stop, of failed fits, and of factors with poor coverage, estimates on a bound or a bias.
 fn coverage_warnings(outcome: &CoverageStudy) -> Vec<String> {
     let mut warnings = Vec::new();
     if outcome.is_partial() {

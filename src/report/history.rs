@@ -185,7 +185,7 @@ fn regularisation(outcome: &FluxInversion) -> String {
     )
 }
 
-/// What the band is, and what it includes.
+/// Explanation of the 95 % band and of the errors that it includes.
 fn band_explanation() -> &'static str {
     "The 95 % band holds the true history at 95 % of the knots on average, at fewer beside sudden changes. It includes \
      noise, regularisation bias and discretisation error, not errors of properties, depths and physics."

@@ -173,7 +173,7 @@ fn page_column(row: &Row<'_>) -> Vec<String> {
     cells
 }
 
-/// What the numbers of the table mean, and what they leave out.
+/// Notes on the meaning of the numbers of the table, and on effects that they leave out.
 fn notes(answers: &Answers, outcome: &Prediction, rows: &[Row<'_>]) -> Vec<String> {
     let mut notes = vec![
         "The peak is the highest temperature over the run, at the time steps and on the curve between them: of a ply \
@@ -270,7 +270,7 @@ impl PartRow<'_> {
         self.spread.map_or(f64::NAN, value)
     }
 
-    /// Of every percentile, its value or an end of its interval.
+    /// One number of every percentile: its value or an end of its interval.
     fn percentiles(&self, value: fn(&PeakPercentile) -> Option<f64>) -> Vec<f64> {
         let of = |spread: &MarginSpread| spread.percentiles.iter().map(|at| value(at).unwrap_or(f64::NAN)).collect();
         self.spread.map_or(vec![f64::NAN; 3], of)

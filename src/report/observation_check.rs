@@ -1,4 +1,4 @@
-//! What was read of the observations, and what an analyst should look at.
+//! The check of the observations: sampling rate, noise and flags for an analyst.
 
 mod record;
 

@@ -11,27 +11,27 @@ use crate::study::nominal::Prediction;
 ///
 /// `answers` holds all results of the run, this one among them.
 pub(super) trait Reportable {
-    /// Whether it comes first on page and screen; the screen then omits the table of the prediction.
+    /// Whether the result comes first on page and screen; the screen then omits the table of the prediction.
     fn comes_first(&self) -> bool {
         false
     }
 
-    /// Whether it uses observations.
+    /// Whether the result uses observations.
     fn uses_observations(&self) -> bool {
         true
     }
 
-    /// Its march at the nominal factors, if any.
+    /// March of the result at the nominal factors, if any.
     fn nominal(&self) -> Option<&Prediction> {
         None
     }
 
-    /// Its march at the estimated factors, if any.
+    /// March of the result at the estimated factors, if any.
     fn fitted(&self) -> Option<&Prediction> {
         None
     }
 
-    /// Its numbers of sampled members, if any.
+    /// Numbers of the sampled members of the result, if any.
     fn members(&self) -> Option<MemberCounts> {
         None
     }
@@ -41,22 +41,22 @@ pub(super) trait Reportable {
         Vec::new()
     }
 
-    /// Its findings.
+    /// Findings of the result.
     fn findings(&self, _: &Answers) -> Vec<Finding> {
         Vec::new()
     }
 
-    /// Its warnings, each of one or two sentences.
+    /// Warnings of the result, each of one or two sentences.
     fn warnings(&self, _: &Answers) -> Vec<String> {
         Vec::new()
     }
 
-    /// Its figures, each with the anchor of its section.
+    /// Figures of the result, each with the anchor of its section.
     fn figures(&self, _: &Answers) -> Vec<(&'static str, Figure)> {
         Vec::new()
     }
 
-    /// Its sections of the page.
+    /// Sections of the page for the result.
     fn sections(&self, _: &Answers) -> Vec<Section> {
         Vec::new()
     }
@@ -66,7 +66,7 @@ pub(super) trait Reportable {
         Vec::new()
     }
 
-    /// Its tables.
+    /// Tables of the result.
     ///
     /// # Errors
     /// When a row cannot be written.
@@ -74,7 +74,7 @@ pub(super) trait Reportable {
         Ok(Vec::new())
     }
 
-    /// Write its keys to `summary.json`.
+    /// Write the keys of the result to `summary.json`.
     ///
     /// # Errors
     /// When JSON cannot be written.
@@ -82,7 +82,7 @@ pub(super) trait Reportable {
         Ok(())
     }
 
-    /// Its lines on the screen.
+    /// Lines of the result on the screen.
     fn screen(&self, _: &Answers, _: &ScreenLimits) -> Vec<String> {
         Vec::new()
     }

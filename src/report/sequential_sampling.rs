@@ -215,7 +215,7 @@ fn plain_reason_text(reason: PlainReason) -> String {
     }
 }
 
-/// What the plainly drawn members say of combinations away from the design points.
+/// Probability of exceedance away from the design points, from the plainly drawn members.
 fn elsewhere_text(importance: &Importance) -> String {
     let (low, high) = importance.estimate.elsewhere_interval(TAIL);
     format!(

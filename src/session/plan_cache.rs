@@ -21,7 +21,7 @@ pub struct PlanCache {
 
 const EXTENSION: &str = "json";
 
-/// What is kept of a plan: the rest follows from the case.
+/// The part of a plan that is kept: the rest follows from the case.
 #[derive(Serialize, Deserialize)]
 struct KeptPlan {
     /// Version, sources and case, as [`key`].
@@ -68,7 +68,7 @@ impl PlanCache {
     }
 }
 
-/// What a plan depends on.
+/// Key of the cache: everything on which a plan depends.
 fn key(case: &Case) -> String {
     [env!("CARGO_PKG_VERSION"), env!("BONDLINE_SOLVER"), &fingerprint(case)].join(" ")
 }

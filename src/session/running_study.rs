@@ -186,7 +186,7 @@ impl RunningStudy<'_> {
         Ok(Some(RowKeeper::open(checkpoint, files, self.log_head(options, size))?))
     }
 
-    /// What the rows of the log of this study are of.
+    /// Head of the log of this study: the origin of its rows, and their number.
     pub(super) fn log_head(&self, options: &str, size: (usize, Option<usize>)) -> KeptRows {
         let Answers { case, other_cases, run, .. } = &self.answers;
         let cases = std::iter::once(case).chain(other_cases);

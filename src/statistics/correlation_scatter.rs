@@ -53,7 +53,7 @@ impl SampledRanks {
         groups.map(|share| share * share).sum()
     }
 
-    /// Of each member the mean of a weight over all members, where those below it count as zero and those that equal
+    /// For each member the mean of a weight over all members, where members below it count as zero and members equal to
     /// it as half.
     fn mean_above(&self, weights: &[f64]) -> Vec<f64> {
         let (mut means, mut above) = (vec![0.0; weights.len()], 0.0);

@@ -49,7 +49,7 @@ impl ConfidenceInterval {
     pub(super) const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
     pub(super) const ZERO: Self = Self { value: 0.0, low: 0.0, high: 0.0 };
 
-    /// That of a number which is at least the one of another interval.
+    /// The interval of a number that is at least the number of another interval.
     pub(super) fn or_above(self, other: Self) -> Self {
         let Self { value, low, high } = self;
         Self { value: value.max(other.value), low: low.max(other.low), high: high.max(other.high) }

@@ -68,7 +68,7 @@ impl MemberSample {
         self.members.truncate(self.members_max);
     }
 
-    /// Of each member the bits of its factors and its outputs.
+    /// The sampled members as integers: the bits of the factors of each member, and its outputs.
     pub(super) fn integers(&self) -> impl Iterator<Item = i128> {
         self.members.iter().flat_map(|member| {
             let factors = member.factors.iter().map(|value| i128::from(value.to_bits()));

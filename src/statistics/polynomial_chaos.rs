@@ -202,7 +202,7 @@ impl<'a> PolynomialChaos<'a> {
         numbered.map(|(number, fit)| fit.indices(second_order.contains(&number))).collect()
     }
 
-    /// Of each output the expansion with the smallest leave-one-out error.
+    /// The expansion of each output with the smallest leave-one-out error.
     fn fits(&self, outputs: &[OutputSums], first: usize) -> Vec<Fit<'_>> {
         let members = self.accumulator.members as f64;
         let sampled = self.accumulator.sample.members();
@@ -308,7 +308,7 @@ impl Fit<'_> {
         };
         let ordered = |[first, total]: &[VariancePart; 2]| {
             let (first, total) = (index(first), index(total));
-            // Of correlated factors a first-order index may exceed the total one.
+            // The first-order index of a correlated factor may exceed its total index.
             (first, if self.expansion.explained.mixture.is_none() { total.or_above(first) } else { total })
         };
         let (first, total) = self.expansion.parts.iter().map(ordered).unzip();
@@ -525,7 +525,7 @@ mod tests {
         }
     }
 
-    /// Of the G-function, the variance of a pair is the product of their own.
+    /// The variance of a pair of factors of the G-function is the product of the variances of both.
     #[test]
     fn second_order_indices_of_the_g_function_are_exact_within_a_hundredth() {
         let alone = G.map(|a| 1.0 / (3.0 * (1.0 + a).powi(2)));

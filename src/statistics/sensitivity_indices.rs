@@ -33,7 +33,7 @@ pub struct SensitivityIndices {
 }
 
 impl SensitivityIndices {
-    /// Of an output that no factor changes, which has as many second-order indices as before.
+    /// The indices of an output that no factor changes; the number of second-order indices stays.
     #[must_use]
     pub(crate) fn of_constant(mut self) -> Self {
         let zero = ConfidenceInterval::ZERO;
@@ -123,8 +123,8 @@ struct RankCorrelations {
     deviations: Vec<f64>,
     /// Inverse of the rank correlations among the factors; `None` where the matrix is singular.
     inverse: Option<DMatrix<f64>>,
-    /// Of the sampled members, factor × member, less their means: factors, grades, and residuals of grades in a
-    /// regression on those of the other factors; the last is empty where these determine one another.
+    /// Values of the sampled members less their means, factor × member: factors, grades, and residuals of the grades in
+    /// a regression on the grades of the other factors. The residuals are empty where factors determine one another.
     sampled_values: Vec<Vec<f64>>,
     sampled_grades: Vec<Vec<f64>>,
     sampled_residuals: Vec<Vec<f64>>,

@@ -45,7 +45,7 @@ pub struct Answers {
     /// The question as it was asked, that of the whole sweep for merged parts; `None` before it is answered.
     #[serde(skip)]
     pub asked: Option<QuestionRecord>,
-    /// What was read of the observations.
+    /// The check of the observations.
     pub observation_check: Option<ObservationCheck>,
     /// The prediction with nominal factors.
     pub nominal: Option<Prediction>,

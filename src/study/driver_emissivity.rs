@@ -8,7 +8,7 @@ use crate::plan::Plan;
 use crate::random::RandomStream;
 use crate::traces::{Peak, Traces};
 
-/// What the standard deviation of the emissivity changes.
+/// Effect of the standard deviation of the emissivity.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct DriverEmissivity {

@@ -6,7 +6,7 @@ use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 
-/// What smoothing the drivers of a case changes.
+/// Effect of smoothing the drivers of a case.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct DriverSmoothing {

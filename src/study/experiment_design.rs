@@ -83,7 +83,7 @@ impl SampleNoise {
         [self.deviation_source, self.correlation_source].contains(&NoiseSource::Assumed)
     }
 
-    /// What is not stated, from the residuals of an estimate.
+    /// This noise, with the parts that are not stated taken from the residuals of an estimate.
     pub fn or_estimated(self, found: &ParameterEstimates) -> Self {
         let estimated = Self {
             deviation_k: found.noise_deviation_k(),

@@ -275,8 +275,8 @@ mod tests {
         MarginSpread::of(peaks_k, &vec![0.0; peaks_k.len()], limit_k, failed, SamplingKind::Normal)
     }
 
-    /// Of 1,000 samples of a distribution, those whose intervals hold the percentiles, whose tolerance bound holds its
-    /// content, and whose interval of the probability of exceeding a limit holds it.
+    /// Counts among 1,000 samples of a distribution: those whose intervals hold the percentiles, whose tolerance bound
+    /// holds its content, and whose interval of the probability of exceeding a limit holds it.
     fn coverage(quantile: impl Fn(f64) -> f64, members: usize) -> [usize; 5] {
         const EXCEEDING: f64 = 0.03;
         let mut even = Even(2026);

@@ -1,4 +1,4 @@
-//! What the observations of a case look like before anything is fitted to them: rate, gaps, noise, spikes, channels
+//! Check of the observations of a case before a fit: rate, gaps, noise, spikes, channels
 //! that are stuck or open, drift before the start. It flags and changes nothing.
 //!
 //! The statistics are robust: a few wrong samples do not move them. Thresholds are those of the constants below.
@@ -38,7 +38,7 @@ const NOISY_CHANNELS: usize = 3;
 /// Fewest samples for a drift.
 const DRIFT_SAMPLES: usize = 8;
 
-/// What was read of every observed sensor.
+/// Result of the check of every observed sensor.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct ObservationCheck {
@@ -74,7 +74,7 @@ pub struct Channel {
     pub resolution_k: Option<f64>,
     /// The drift before the start of the exposure; `None` of few samples.
     pub drift: Option<Drift>,
-    /// What an analyst should look at, by time.
+    /// Features of the data that an analyst should inspect, by time.
     pub flags: Vec<Flag>,
 }
 

@@ -1,4 +1,4 @@
-//! What is recorded about the run of a question: when, by which command and from which files.
+//! Record of the run of a question: when, by which command and from which files.
 
 use crate::case::{Case, InputFile};
 use crate::march::Backend;
@@ -22,7 +22,7 @@ pub struct RunRecord {
     pub driver: Option<String>,
     /// Threads of the processor.
     pub threads: usize,
-    /// What did not go as planned: a device that was given up, members that could not be kept.
+    /// Deviations from the planned run: a device that was given up, members that could not be kept.
     pub remarks: Vec<String>,
 }
 

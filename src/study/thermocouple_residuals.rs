@@ -22,7 +22,7 @@ pub struct Sample {
     pub instant: usize,
     /// The reading, K.
     pub measured_k: f64,
-    /// Its standard deviation, K.
+    /// Standard deviation of the sample, K.
     pub sigma_k: f64,
 }
 

@@ -106,7 +106,7 @@ pub struct SizedLayup {
     pub still_warming: bool,
     /// Tables of properties that end below the temperatures met at the required thickness with nominal factors.
     pub table_ends: Vec<TableEnd>,
-    /// Its rank; `None` where no allowed thickness suffices.
+    /// Rank of the layup; `None` where no allowed thickness suffices.
     pub rank: Option<Rank>,
     /// Estimated error of the nominal march at the case's and at the required thickness, under the exposure where it is
     /// largest.

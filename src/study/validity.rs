@@ -85,13 +85,14 @@ pub(crate) struct TableExcursion<'a> {
     pub(crate) ply: &'a Ply,
     pub(crate) is_above: bool,
     pub(crate) property: String,
-    /// End of its table, and the extreme temperature of the ply, K.
+    /// End of the table of the property, K.
     pub(crate) bound_k: f64,
+    /// Extreme temperature of the ply, K.
     pub(crate) extreme_k: f64,
 }
 
 impl<'a> TableExcursion<'a> {
-    /// Those of any of the marches of a case.
+    /// All excursions in the marches of a case.
     pub(crate) fn all(case: &'a Case, marches: &[&Prediction]) -> Vec<Self> {
         let mut found = Vec::new();
         for (index, ply) in case.layup.plies.iter().enumerate() {

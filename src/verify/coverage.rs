@@ -17,7 +17,7 @@ struct Counted {
     covered: f64,
     /// Number of intervals or of sets of them.
     total: usize,
-    /// What is counted, in the plural.
+    /// Name of the counted objects, in the plural.
     of: &'static str,
 }
 

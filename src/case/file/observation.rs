@@ -169,8 +169,8 @@ fn sensor(name: &str, sensors: Option<&[Sensor]>) -> Result<usize, String> {
     found.ok_or_else(|| format!("unknown sensor {name:?}{}", suggestion(name, known)))
 }
 
-/// What to read from a table file: the columns of the sensors, `TC1_K`, and where neither the sensor nor the case has a
-/// `sigma` their standard deviations, `TC1_sigma_K`.
+/// The columns to read from a table file: those of the sensors, `TC1_K`, and of their standard deviations,
+/// `TC1_sigma_K`, where neither the sensor nor the case has a `sigma`.
 struct ColumnsToRead<'a, 's> {
     sensors: Option<&'s [Sensor]>,
     sigma_k: Option<f64>,

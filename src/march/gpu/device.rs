@@ -509,7 +509,7 @@ impl Device {
         // Copied bytewise, as the mapping need not be aligned for T.
         let mut rows = bytemuck::pod_collect_to_vec(&range);
         rows.truncate(bytes as usize / size_of::<T>());
-        // What was reported meanwhile may be of this work.
+        // An error reported in the meantime may be due to this work.
         self.check().map(|()| rows)
     }
 

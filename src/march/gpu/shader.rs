@@ -298,7 +298,7 @@ fn gas_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let (_, face) = each(&|states, reactions| reactions + 3 * states + 4);
     let depends_on_pressure = plan.rows.plies.iter().any(|ply| ply.depends_on_pressure == 1);
     let mixture = if plan.rows.max_states > 1 || depends_on_pressure { 2 * mixture } else { 0 };
-    // Of each cell at both stages and at a sensor: levels, and pores of every state at two levels.
+    // Loops over each cell at both stages and at a sensor: levels, and pores of every state at two levels.
     let most = |of: &dyn Fn(&Ply<u32>) -> u32| plan.rows.plies.iter().map(of).max().unwrap_or(0);
     let classes = plan.rows.data.pore_classes.len() as u32;
     let levels = most(&|ply| ply.levels + 2 * ply.rows * (classes + 1));

@@ -13,7 +13,7 @@ const MAJOR_CORNER_RANK: f64 = 1e-2;
 const FEW_CORNERS: usize = 32;
 /// Corners of this share of the largest rank are major, however small that is: pulses that are short against the run.
 const LARGE_SHARE: f64 = 0.1;
-/// Of a schedule of more corners, only those of this height are: others may be noise.
+/// In a schedule of more corners than these, only corners of [`LARGE_HEIGHT`] are major: others may be noise.
 const SOME_CORNERS: usize = 256;
 /// Height of a corner that is no noise, relative to the largest magnitude of the schedule.
 const LARGE_HEIGHT: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! What the files of a report are: the list on its page, and the tables of `docs/reference/outputs.md`.
+//! Descriptions of the files of a report: the list on its page, and the tables of `docs/reference/outputs.md`.
 
 use super::table::{ColumnDescription, TableDescription};
 use crate::report::{

@@ -64,7 +64,7 @@ impl ProportionRecord {
         Self::with_interval(counted, Some(counted.interval_95()))
     }
 
-    /// With its interval if the members are drawn independently of each other.
+    /// The proportion, with its interval if the members are drawn independently of each other.
     pub(in crate::report) fn of_members(counted: Proportion, are_independent: bool) -> Self {
         Self::with_interval(counted, are_independent.then(|| counted.interval_95()))
     }

@@ -20,14 +20,14 @@ struct DiscretisationError {
     corners_k: Option<f64>,
     corners: usize,
     failed_corners: usize,
-    /// What rounding in f32 adds to the nominal error; absent in f64.
+    /// Contribution of rounding in f32 to the nominal error, K; absent in f64.
     #[serde(skip_serializing_if = "Option::is_none")]
     rounding_k: Option<f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     gauges: BTreeMap<&'static str, GaugeError>,
 }
 
-/// Of a front in m, for 95 % of the instants; of another gauge as a share of its peak.
+/// Error of a gauge: of a front in m, for 95 % of the instants; of another gauge as a share of its peak.
 #[derive(Serialize)]
 struct GaugeError {
     error: f64,

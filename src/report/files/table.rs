@@ -12,14 +12,13 @@ pub(in crate::report) type NamedFile = (String, Vec<u8>);
 pub(in crate::report) struct TableDescription {
     /// Names of the files; `<case>` stands for the id of a further case.
     pub files: &'static [&'static str],
-    /// What a row is, and which commands write the file; Markdown.
+    /// Meaning of a row, and the commands that write the file; Markdown.
     pub rows: &'static str,
     pub columns: Vec<ColumnDescription>,
 }
 
 /// A column, or several that share a meaning. In the name `<sensor>` and `<factor>` stand for the names of the case,
-/// and
-/// `{low,high}` for each of the names in braces.
+/// and `{low,high}` for each of the names in braces.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::report) struct ColumnDescription {
     pub name: &'static str,

@@ -327,7 +327,7 @@ fn factors(case: &Case) -> String {
     table("Factors", &["Factor", "Scales", "Nominal", "Small bounds", "Large bounds"], &rows) + &list(&pairs)
 }
 
-/// Summary of the methods.
+/// The section "Methods": the model, and the methods of every result.
 pub(super) fn methods(answers: &Answers) -> String {
     let mut out = paragraph(
         "One-dimensional heat conduction through the plies with properties that depend on temperature and pressure, \

@@ -1,4 +1,4 @@
-//! What lies outside the axes of a plot is not drawn.
+//! Clipping of shapes to the axes of a plot.
 
 use super::shapes::Point;
 

@@ -75,7 +75,7 @@ impl Shape {
         Self::Lines { lines, colour, width, dash: None, opacity: 1.0 }
     }
 
-    /// Its element, on one line; empty for a shape without points.
+    /// The SVG element of the shape, on one line; empty for a shape without points.
     fn written(&self) -> String {
         let (style, data) = match self {
             Self::Text(text) => return text.written(),

@@ -65,7 +65,7 @@ pub enum EstimateError {
     PriorAtBound {
         /// The factor.
         factor: String,
-        /// Its nominal value.
+        /// Nominal value of the factor.
         nominal: f64,
         /// The bounds of the estimate.
         bounds: (f64, f64),

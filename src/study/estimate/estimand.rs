@@ -10,7 +10,7 @@ pub struct Estimand {
     /// The factor as the first case defines it. Its name ends in `@` and the case id where other cases define a
     /// different factor of that name.
     pub factor: Factor,
-    /// Its index among the factors of each case; `None` where the case lacks it.
+    /// Index of the estimand among the factors of each case; `None` where the case lacks it.
     pub factor_indices: Vec<Option<usize>>,
     /// Intersection of the side constraints of all its cases.
     pub bounds: (f64, f64),

@@ -30,9 +30,9 @@ pub(super) struct MultiStart<'a> {
     /// The side constraints that define the priors.
     pub prior: Option<Bounds>,
     pub priors: Vec<Prior>,
-    /// Of each case, those of each fitted observation.
+    /// Samples, case × fitted observation × sample.
     pub observed: Vec<Vec<Vec<Sample>>>,
-    /// All of them.
+    /// All samples in one list.
     pub samples: Vec<Sample>,
     times_s: Vec<Vec<f64>>,
     precision: Precision,
@@ -43,9 +43,9 @@ pub(super) struct MultiStart<'a> {
 
 /// The minimisations from all starts.
 pub(super) struct Minimisations {
-    /// The lowest one.
+    /// The minimisation with the lowest objective.
     pub fit: Fit,
-    /// Its start.
+    /// Index of the start of this minimisation.
     pub lowest: usize,
     /// The ends, in the order of the starts.
     pub ends: Vec<StartEnd>,

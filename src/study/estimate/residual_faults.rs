@@ -1,4 +1,4 @@
-//! What is wrong with the residuals of an estimate.
+//! Faults of the residuals of an estimate.
 
 use super::ParameterEstimates;
 use crate::fit::WARNED_CORRELATION;

@@ -26,9 +26,9 @@ pub(super) struct Information {
     instants_s: Vec<f64>,
     /// Factor × candidate × instant at nominal factors, K per prior standard deviation.
     nominal_k: Vec<Vec<Vec<f64>>>,
-    /// Of the plan.
+    /// Error estimate of the plan.
     pub error_estimate: Option<ErrorEstimate>,
-    /// Of the nominal march.
+    /// Energy and mass balance of the nominal march.
     pub balance: Balance,
 }
 
@@ -269,7 +269,7 @@ fn neighbours(candidates: &[Candidate]) -> Vec<(usize, usize)> {
 }
 
 impl Information {
-    /// What a set of depths tells.
+    /// Results of a set of depths.
     pub(super) fn design(&self, objective: &Objective<'_>, set: &OptimalSet) -> Design {
         let (n, members) = (self.deviations.len(), objective.table.members());
         let mut errors = vec![Vec::with_capacity(members); n];

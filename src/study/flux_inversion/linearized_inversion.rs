@@ -24,7 +24,7 @@ pub(super) struct LinearizedInversion {
     pub degrees_of_freedom: f64,
 }
 
-/// What the errors are evaluated for.
+/// Input of the error analysis at an estimate.
 pub(super) struct LinearizedQuery<'a> {
     pub readings: &'a LinearizedReadings<'a>,
     pub posterior: &'a ModelPosterior,
@@ -68,7 +68,7 @@ impl LinearizedInversion {
 
 /// Errors of some of the variables, with the others fixed.
 struct RestrictedErrors {
-    /// Of each variable, and of the integral.
+    /// Half-widths of the intervals of each variable, and of the integral.
     half_widths: Vec<f64>,
     integral_shift: f64,
     degrees_of_freedom: f64,

@@ -37,11 +37,11 @@ pub struct SweepError {
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct MembersError {
-    /// Members that were marched with twice the cells and steps.
+    /// Number of members that were marched with twice the cells and steps.
     pub members: usize,
-    /// Of these, the ones that did not complete both marches.
+    /// Number of these members that did not complete both marches.
     pub failed: usize,
-    /// The largest error of those that did, K; `None` if none did.
+    /// Largest error of the members that completed both, K; `None` if none did.
     pub temperature_k: Option<f64>,
 }
 

@@ -36,7 +36,7 @@ fn quantile_k(probability: f64) -> f64 {
     600.0 + 20.0 * Normal::standard().inverse_cdf(probability).exp()
 }
 
-/// What the margins of a sweep print.
+/// Coverage of the intervals of temperature margins.
 fn margin_rows(members: usize) -> Vec<VerificationRow> {
     const EXCEEDING: f64 = 0.03;
     let limit_k = quantile_k(1.0 - EXCEEDING);
@@ -70,7 +70,7 @@ fn margin_rows(members: usize) -> Vec<VerificationRow> {
 /// Most members of a stopped sweep.
 const MOST: usize = 100_000;
 
-/// What `--until` prints at the look that ends it.
+/// Coverage of the interval at the look that ends `--until`.
 fn stopped_rows() -> Vec<VerificationRow> {
     let probability = 0.95;
     let limit_k = quantile_k(1.0 - 0.1);

@@ -17,7 +17,7 @@ const SEEDS: u64 = 100;
 
 /// A function of factors between −1 and 1.
 enum Model {
-    /// Of the first few factors.
+    /// A function of the first few factors.
     OfFew(&'static str, usize, fn(&[f64]) -> f64),
     /// A product of a function of the number and value of each factor.
     Product(&'static str, fn(usize, f64) -> f64),

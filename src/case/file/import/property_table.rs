@@ -104,7 +104,7 @@ impl ColumnReader<'_> {
         })
     }
 
-    /// What holds beyond a table needs one.
+    /// Require a table if the rule for temperatures outside a table is stated.
     fn check_outside(&self, properties: [&Property; 3]) -> ReadResult<()> {
         let has_table = properties.iter().any(|property| matches!(property, Property::Table { .. }));
         let is_idle = !has_table && self.columns.outside != OutOfRange::Clamp;

@@ -61,7 +61,7 @@ impl ColumnKind {
         }
     }
 
-    /// What the seconds of the column count from, if it holds clock times.
+    /// Origin from which the seconds of the column count, if it holds clock times.
     pub(super) fn clock(&self) -> Option<String> {
         match self {
             Self::Times(clock) => Some(format!("dates or times of day, as seconds since the first, {}", clock.first)),

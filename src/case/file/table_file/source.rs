@@ -17,7 +17,7 @@ pub(super) enum Source {
     Sheet(Arc<str>, Sheet),
 }
 
-/// What is kept of the cells of a sheet.
+/// The content of a sheet that is kept after reading.
 #[derive(Debug)]
 pub(super) struct Sheet {
     /// The first column of the table, from zero.

@@ -1,4 +1,4 @@
-//! What a case says about a table file beside its name: sheet and range of a workbook, and codes of missing values.
+//! Options of a case for a table file beside its name: sheet and range of a workbook, and codes of missing values.
 
 use super::cell_range::CellRange;
 use crate::case::error::ReadResult;

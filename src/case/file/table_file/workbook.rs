@@ -99,7 +99,7 @@ pub(super) struct SheetRows<'w> {
     is_at_end: bool,
     /// The number of columns, once the headings are known.
     columns: Option<usize>,
-    /// What the cells below the headings are, by column.
+    /// Kind of the cells below the headings, by column.
     kinds: BTreeMap<usize, Kind>,
 }
 

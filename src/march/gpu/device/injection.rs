@@ -39,7 +39,7 @@ struct Calls {
 }
 
 impl Injection {
-    /// That of a new device.
+    /// The injection of a new device.
     pub(in crate::march::gpu) fn planned() -> Arc<Self> {
         Arc::new(Self(Mutex::new(Calls { made: Vec::new(), planned: PLANNED.take() })))
     }
