@@ -67,7 +67,8 @@ const COARSENING_WORK_RATIO: f64 = 0.97;
 /// Verification against marches with twice and four times the cells and steps: number of rounds, and most cell-steps of
 /// the largest.
 const VERIFICATION_ROUNDS: usize = 5;
-/// Division of the steps alone, in the verification of cases with a steep emissivity.
+/// Number of parts into which steps are divided, without refinement of cells, in the verification of cases with a steep
+/// emissivity.
 const STEP_DIVISION: usize = 8;
 /// An emissivity is steep where it changes the emitted flux more than this multiple of what T⁴ does.
 const STEEP_EMISSIVITY: f64 = 1.0;
@@ -151,26 +152,27 @@ impl Discretisation {
         finer
     }
 
-    /// With all densities scaled.
+    /// The discretisation with all densities scaled.
     fn with_densities_scaled(mut self, times: f64) -> Self {
         (0..self.regions()).for_each(|region| self.scale_region(region, times));
         self
     }
 
-    /// With twice the steps everywhere: long steps make temperatures diverge, wide cells do not.
+    /// The discretisation with twice the steps everywhere: long steps make temperatures diverge, wide cells do not.
     fn with_twice_the_steps(mut self) -> Self {
         self.time_steps.segments.iter_mut().for_each(|segment| segment.step_density *= 2.0);
         self
     }
 
-    /// With every step divided into equal parts, and the same cells.
+    /// The discretisation with every step divided into equal parts, and the same cells.
     fn with_divided_steps(&self, parts: usize) -> Self {
         let mut finer = self.clone();
         finer.time_steps.segments.iter_mut().for_each(|segment| segment.subdivisions *= parts);
         finer
     }
 
-    /// With the densities of the cells that each ply has in a plan, after rounding and the minimum of cells.
+    /// The discretisation with the densities of the cells that each ply has in a plan, after rounding and the minimum
+    /// of cells.
     fn with_cell_counts_of(mut self, plan: &Plan) -> Self {
         for (density, ply) in self.grid.cells_per_ply.iter_mut().zip(&plan.rows.plies) {
             *density = f64::from(ply.end_cell - ply.first_cell) / 2.0;

@@ -62,13 +62,13 @@ pub const LIMITS: [&Limit; 37] = [
 pub const TEXT_FILE_MIB: Limit = Limit { quantity: "MiB of a case, material or gas file", max: 4 };
 /// Table files: twice the size of two million rows of a time and three values.
 pub const TABLE_FILE_MIB: Limit = Limit { quantity: "MiB of a table file", max: 64 };
-/// A full sheet of a million rows and ten numbers, in 40 bytes each.
+/// A full sheet has a million rows of ten numbers, each in 40 bytes.
 pub const UNPACKED_MIB: Limit = Limit { quantity: "MiB of an unpacked workbook", max: 512 };
 /// The shared strings of a workbook, which are held in memory.
 pub const SHARED_TEXTS_MIB: Limit = Limit { quantity: "MiB of the texts of a workbook", max: 64 };
 /// Styles and lists of sheets, which are held in memory too.
 pub const WORKBOOK_PART_MIB: Limit = Limit { quantity: "MiB of a part of a workbook that is no sheet", max: 8 };
-/// 160 MB of numbers.
+/// So many numbers take 160 MB.
 pub const TABLE_CELLS: Limit = Limit { quantity: "cells of a table (rows times columns)", max: 20_000_000 };
 /// Files of `uncertainty --members`: twice the largest statistics, whose numbers are longer as text.
 pub const PIECE_FILE_MIB: Limit = Limit { quantity: "MiB of a file to merge", max: 512 };
@@ -76,19 +76,19 @@ pub const PIECE_FILE_MIB: Limit = Limit { quantity: "MiB of a file to merge", ma
 pub const CACHE_FILE_MIB: Limit = Limit { quantity: "MiB of a pipeline cache", max: 64 };
 /// A kept plan: some numbers for each ply and each segment of time.
 pub const PLAN_FILE_MIB: Limit = Limit { quantity: "MiB of a kept plan", max: 1 };
-/// The oldest is removed; most take 2 KiB.
+/// Beyond this number the oldest plan is removed; most plans take 2 KiB.
 pub const KEPT_PLANS: Limit = Limit { quantity: "plans kept in the user's cache", max: 500 };
 /// Keys are chosen by name.
 pub const KEYS: Limit = Limit { quantity: "keys of one table of a case, material or gas file", max: 1000 };
 /// Rows of a schedule; longer ones belong in a table file.
 pub const LIST_ITEMS: Limit = Limit { quantity: "items of one list of a case, material or gas file", max: 100_000 };
-/// Files have names of two of them, and file systems end at 255.
+/// Names of files contain two such names, and file systems allow 255 bytes.
 pub const NAME_BYTES: Limit = Limit { quantity: "bytes of a name that a case chooses", max: 100 };
 /// Thermocouples of a test, several times over.
 pub const COLUMNS: Limit = Limit { quantity: "columns of a table file", max: 1000 };
-/// Further errors are counted.
+/// Further errors are counted, not listed.
 pub const LISTED_ERRORS: Limit = Limit { quantity: "errors listed", max: 1000 };
-/// With four cells each they fill the grid.
+/// Plies of four cells each fill the grid of [`CELLS`].
 pub const PLIES: Limit = Limit { quantity: "plies", max: 256 };
 /// Each sensor is a face between cells.
 pub const SENSORS: Limit = Limit { quantity: "sensors", max: 128 };
@@ -96,7 +96,7 @@ pub const SENSORS: Limit = Limit { quantity: "sensors", max: 128 };
 pub const FACTORS: Limit = Limit { quantity: "factors", max: 128 };
 /// Each reaction is a loop iteration of every cell.
 pub const REACTIONS: Limit = Limit { quantity: "reactions of a material", max: 64 };
-/// Beyond them products of properties leave the range of single precision.
+/// Larger or smaller properties have products outside the range of single precision.
 pub const PROPERTY_DECADES: Limit = Limit { quantity: "powers of ten between a property and its SI unit", max: 15 };
 /// Least distance of two temperatures of a property that are not a jump, K. Beyond it directories of rows would exceed
 /// 10 MB.
@@ -118,13 +118,13 @@ pub const PROFILE_INSTANTS: Limit = Limit { quantity: "instants of profiles thro
 pub const TEMPERATURES: Limit = Limit { quantity: "temperatures of a member (sensors times instants)", max: 1_000_000 };
 /// 530 MB of schedules, with those of the coarse plan.
 pub const STEPS: Limit = Limit { quantity: "time steps of a march", max: 1_000_000 };
-/// A few seconds of one member.
+/// The march of one member then takes a few seconds.
 pub const CELL_STEPS: Limit = Limit { quantity: "cells times time steps of a march", max: 200_000_000 };
-/// Sums of squares stay in range.
+/// Sums of squares of so many members stay in the range of the accumulators.
 pub const MEMBERS: Limit = Limit { quantity: "members of a sweep", max: 1 << 26 };
 /// About 25 kB for each temperature and seven factors.
 pub const STATISTICS_MIB: Limit = Limit { quantity: "MiB of statistics of a sweep", max: 256 };
-/// The page of a trade study has a row for each; one takes seconds.
+/// The page of a trade study has a row for each layup, and one layup takes seconds.
 pub const LAYUPS: Limit = Limit { quantity: "layups of a trade study", max: 1000 };
 /// All data sets are fitted together.
 pub const DATA_SETS: Limit = Limit { quantity: "data sets of a coverage study", max: 10_000 };

@@ -296,7 +296,7 @@ fn readings(mut records: Traces, plan: &Plan, rows: &TraceRows) -> Traces {
 }
 
 /// Gas flux at the start and after the first step, from the steps that follow: it is read from the means of two steps.
-/// By Darcy's law it starts at zero, from uniform pressure.
+/// Under Darcy's law the flux starts at zero, as the pressure is uniform.
 fn read_first_outflows(records: &mut Traces, plan: &Plan) {
     if plan.rows.gas == Some(GasTransport::Darcy) {
         return;

@@ -130,7 +130,7 @@ pub struct Discretisation {
 }
 
 impl Discretisation {
-    /// With every cell and every step divided into `times` parts.
+    /// The discretisation with every cell and every step divided into `times` parts.
     #[must_use]
     pub fn refined(&self, times: usize) -> Self {
         let mut finer = self.clone();

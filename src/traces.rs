@@ -183,8 +183,8 @@ impl Balance {
         }
     }
 
-    /// With the gas terms: gas in and out through both faces, its net enthalpy, the heat of reaction beyond enthalpies,
-    /// solid lost, and gas stored.
+    /// The balance with the gas terms: gas in and out through both faces, its net enthalpy, the heat of reaction beyond
+    /// enthalpies, solid lost, and gas stored.
     #[must_use]
     pub fn with_gas(self, gone: [f64; 6]) -> Self {
         let [gas_in_kg_m2, gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2] = gone;

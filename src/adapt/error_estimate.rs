@@ -15,7 +15,7 @@ pub(super) struct OutputErrors {
 }
 
 impl OutputErrors {
-    /// From the difference to a march with all cells and steps halved.
+    /// Errors from the difference to a march with all cells and steps halved.
     pub(super) fn twofold(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
         Self::difference(base, finer, tolerance_k).scaled(TWOFOLD_ERROR_RATIO)
     }
@@ -191,8 +191,8 @@ impl ErrorEstimate {
 pub(super) const TWOFOLD_ERROR_RATIO: f64 = 4.0 / 3.0;
 /// Error per difference to four times the cells and steps, at second order.
 const FOURFOLD_ERROR_RATIO: f64 = 16.0 / 15.0;
-/// The same at first order: a jump of the conductivity that passes from cell to cell leaves errors whose phase differs
-/// from march to march.
+/// Error per difference to four times the cells and steps, at first order: a jump of the conductivity that passes from
+/// cell to cell leaves errors whose phase differs from march to march.
 const FIRST_ORDER_FOURFOLD_RATIO: f64 = 4.0 / 3.0;
 /// Tolerance of the energy balance, relative to the heat moved.
 const BALANCE_TOLERANCE: f64 = 2e-4;

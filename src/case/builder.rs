@@ -187,7 +187,7 @@ impl CaseBuilder {
         }
     }
 
-    /// At most as many instants: the output instants, and the times of the observations.
+    /// Upper bound of the number of instants: the output instants, and the times of the observations.
     fn instants(&self) -> usize {
         let mut observed_s: Vec<f64> = self.observations.iter().flat_map(|seen| seen.times_s.iter().copied()).collect();
         observed_s.sort_by(f64::total_cmp);

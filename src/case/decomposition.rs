@@ -23,7 +23,7 @@ pub use crate::numerics::thermogravimetry::GAS_CONSTANT_J_MOL_K;
 /// The reactions of a material and their residues.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Decomposition {
-    /// At least one; consecutive reactions in their order.
+    /// The reactions, at least one; consecutive reactions in their order.
     pub reactions: Vec<Reaction>,
     /// Parallel or consecutive reactions.
     pub scheme: ReactionScheme,

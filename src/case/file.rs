@@ -93,7 +93,7 @@ impl Case {
     /// [`load_with`](Self::load_with).
     ///
     /// # Errors
-    /// As both.
+    /// As [`from_toml`](Self::from_toml) and [`load_with`](Self::load_with).
     pub fn from_toml_with(
         text: &str,
         id: &str,

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 /// Depths closer than this to the face of a ply lie on it: thicknesses are not known to a micrometre.
 pub(super) const DEPTH_TOLERANCE_M: f64 = 1e-6;
-/// The same as a share of the thinner ply beside the face: a film of metal is thinner than a micrometre.
+/// The tolerance of a depth as a share of the thinner ply beside the face: a film of metal is thinner than a
+/// micrometre.
 const DEPTH_TOLERANCE: f64 = 1e-3;
 
 /// Millimetres, rounded to a tenth of a micrometre for messages.
@@ -51,7 +52,7 @@ impl Ply {
 /// Plies from hot face to back face.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Layup {
-    /// From the hot face to the back face, at least one.
+    /// The plies from the hot face to the back face, at least one.
     pub plies: Vec<Ply>,
     /// Contact conductance of each interface, one fewer than plies, W/m²/K; `None` for perfect contact.
     pub contacts_w_m2_k: Vec<Option<f64>>,

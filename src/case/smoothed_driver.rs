@@ -19,7 +19,7 @@ pub struct SmoothedDriver {
     pub estimated_noise_k: Option<f64>,
     /// The schedule as measured, K.
     pub measured: Schedule,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
     /// Root mean square of measured minus smoothed, K.
     pub residual_k: f64,

@@ -20,9 +20,10 @@ pub(super) struct LinearModel {
     derivative_error: f64,
     /// Norms of the Jacobian's columns; one for a zero column.
     column_norms: DVector<f64>,
-    /// √Ω. A zero column would leave its variable undamped; a scale of one holds the variable where it is.
+    /// Scales of the variables, √Ω. A zero column would leave its variable undamped; a scale of one holds the variable
+    /// where it is.
     scaling: DVector<f64>,
-    /// Jᵀr.
+    /// Jᵀr, half the gradient of S.
     gradient: DVector<f64>,
 }
 

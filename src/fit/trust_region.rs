@@ -8,9 +8,9 @@ use nalgebra::DVector;
 #[derive(Clone, Debug)]
 pub(super) struct Step {
     pub trial_point: DVector<f64>,
-    /// μ.
+    /// Damping parameter μ.
     pub damping: f64,
-    /// `|√Ω ΔP|`.
+    /// Scaled length of the step, `|√Ω ΔP|`.
     length: f64,
     /// Predicted reduction of S.
     pub predicted_reduction: f64,
@@ -21,7 +21,7 @@ pub(super) struct Step {
 pub(super) enum TrustRegion {
     /// The trust-region radius, in `|√Ω ΔP|`.
     Radius(f64),
-    /// μ itself.
+    /// Damping parameter μ, under the paper's rule.
     Damping(f64),
 }
 

@@ -56,13 +56,13 @@ pub struct Checkpoint {
 pub struct KeptWork {
     /// `members`, `data sets`, `iterations` or `marches`.
     pub unit: &'static str,
-    /// First, and one past the last.
+    /// Numbers of the first unit, and one past the last.
     pub range: Range<usize>,
-    /// Number of them that completed.
+    /// Number of units that completed.
     pub completed: usize,
-    /// Number of the whole sweep or study; `None` for a sizing, whose marches are not known before its end.
+    /// Number of units of the whole sweep or study; `None` for a sizing, whose marches are not known before its end.
     pub requested: Option<usize>,
-    /// When the run began that kept them, UTC.
+    /// Start of the run that kept the work, UTC.
     pub date: String,
 }
 

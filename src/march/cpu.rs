@@ -77,7 +77,7 @@ impl Cpu {
         Self { precision, threads: rayon::current_num_threads(), instruction_set: InstructionSet::available()[0] }
     }
 
-    /// With an instruction set other than the widest.
+    /// The march with an instruction set other than the widest.
     #[must_use]
     pub fn with_instruction_set(self, instruction_set: InstructionSet) -> Self {
         Self { instruction_set, ..self }

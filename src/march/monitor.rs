@@ -108,7 +108,7 @@ impl Monitor {
         if self.until.is_some_and(|until| Instant::now() >= until) { Err(MarchError::Stopped) } else { Ok(()) }
     }
 
-    /// The same without reports: for marches that are not of a sweep.
+    /// The monitor without progress reports, for marches that are not part of a sweep.
     #[must_use]
     pub fn without_progress(&self) -> Self {
         Self { progress: None, ..self.clone() }
@@ -139,7 +139,7 @@ impl MonitoredMarch {
         Self { march, monitor, marched: 0, sweep: None, seconds: 0.0, remark: None }
     }
 
-    /// With a remark on the choice of the march.
+    /// The march with a remark on its choice.
     #[must_use]
     pub(crate) fn with_remark(self, remark: Option<String>) -> Self {
         Self { remark, ..self }

@@ -174,8 +174,8 @@ fn richardson(fine: f64, coarse: f64) -> f64 {
     fine + (fine - coarse) / 3.0
 }
 
-/// The same for values, not derivatives. Quantities that are nonnegative at both resolutions stay so: no gas
-/// flows in because less flowed out.
+/// Richardson extrapolation for values, not derivatives. Quantities that are nonnegative at both resolutions stay so:
+/// no gas flows in because less flowed out.
 #[inline]
 fn richardson_nonnegative(fine: f64, coarse: f64) -> f64 {
     let beyond = richardson(fine, coarse);

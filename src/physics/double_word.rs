@@ -2,14 +2,14 @@
 
 use super::Real;
 
-/// How the second word of a [`DoubleWord`] is stored.
+/// Storage of the second word of a [`DoubleWord`].
 pub trait SecondWord<T>: Copy + Send + Sync {
     fn of(word: T) -> Self;
     /// The word, or `zero` where it is omitted.
     fn word(self, zero: T) -> T;
 }
 
-/// In f32.
+/// The second word in f32, which is stored.
 #[derive(Clone, Copy)]
 pub struct Stored<T>(T);
 
@@ -24,7 +24,7 @@ impl<T: Copy + Send + Sync> SecondWord<T> for Stored<T> {
     }
 }
 
-/// In f64, where it would be zero: it is not read and written at each step (time ratio of a march 0.94).
+/// The second word in f64, which would be zero: it is not read and written at each step (time ratio of a march 0.94).
 #[derive(Clone, Copy)]
 pub struct Omitted;
 

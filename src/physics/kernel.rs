@@ -153,7 +153,7 @@ struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// For this many members.
+    /// Empty records of `lanes` members.
     fn new(plan: &PlanRows, lanes: usize, temperatures_k: &'a mut [f64], reads_cells: bool) -> Self {
         let cells = if reads_cells { plan.cells() } else { 0 };
         Self {

@@ -15,7 +15,7 @@ pub(super) struct Scales<R: Real> {
     pub(super) states: Vec<StateScale<R>>,
     /// Contact resistance of each interface, m²K/W.
     pub(super) contacts_m2_k_w: Vec<R>,
-    /// Hot, back.
+    /// Factors of the hot and of the back face.
     pub(super) faces: [FaceScale<R>; 2],
     /// Depth of each sensor less its nominal depth, m; empty where no factor scales a depth.
     pub(super) shifts_m: Vec<R>,
@@ -24,7 +24,7 @@ pub(super) struct Scales<R: Real> {
 /// Properties of a cell.
 #[derive(Clone, Copy)]
 pub(super) struct CellProperties<R> {
-    /// At the stage last evaluated, W/m/K.
+    /// Conductivity at the stage last evaluated, W/m/K.
     pub(super) conductivity: R,
     /// At the first stage the slope of the conductivity, W/m/K²; at the second the heat capacity, J/m²/K. One word for
     /// both, because the columns of all cells exceed a first-level cache.
@@ -260,7 +260,7 @@ impl<R: Real> SensorState<R> {
 }
 
 impl<R: Real> ReactionState<R> {
-    /// For this many cells with gas.
+    /// The initial state of `cells` cells with gas.
     #[inline(always)]
     pub(super) fn start(plan: &PlanRows, cells: usize) -> Self {
         let zero = R::from_f64(0.0);
@@ -298,7 +298,7 @@ impl<R: Real> ReactionState<R> {
 }
 
 impl<R: Real> GasState<R> {
-    /// For this many cells with gas.
+    /// The initial state of `cells` cells with gas.
     #[inline(always)]
     pub(super) fn start(cells: usize) -> Self {
         let zero = R::from_f64(0.0);
@@ -315,7 +315,7 @@ impl<R: Real> GasState<R> {
 }
 
 impl<R: Real> DarcyState<R> {
-    /// At the pressure outside; empty without Darcy flow.
+    /// The initial state, at the pressure outside; empty without Darcy flow.
     #[inline(always)]
     pub(super) fn start(plan: &PlanRows, outside: &BoundaryForcing<R::Scalar>) -> Self {
         let zero = R::from_f64(0.0);

@@ -36,9 +36,9 @@ use super::member::Member;
 use super::tridiagonal::{back_substitute, flush_tiny};
 use crate::layout::{TABLE_STEP_K, TABLE_STEPS};
 
-/// Allows rounding errors below absolute zero.
+/// A temperature may be below absolute zero by this margin, due to rounding.
 pub(super) const DIVERGENCE_MARGIN_K: f32 = 1.0;
-/// From the margin to the last table node.
+/// Temperature span from the margin below zero to the last table node.
 pub(super) const DIVERGENCE_SPAN_K: f32 = DIVERGENCE_MARGIN_K + TABLE_STEP_K as f32 * TABLE_STEPS as f32;
 
 /// Solutions of the first stage after the first one, each with lower heat capacities, where steps advance enthalpies.

@@ -19,8 +19,8 @@ use std::ops::Range;
 #[derive(Clone, Copy)]
 struct MatrixRow<R> {
     lower: R,
-    /// In f32 what is left of it after the elimination of the row above, without the slope of the flux to the next
-    /// cell.
+    /// Diagonal element; in f32 its remainder after the elimination of the row above, without the slope of the flux to
+    /// the next cell.
     diagonal: R,
     /// Slope of the flux to the next cell, negated.
     slope: R,

@@ -35,7 +35,7 @@ pub fn eliminate_row<R: Real>(lower: R, diagonal: R, before: R, upper_before: R)
     [lower * before, R::from_f64(1.0) / (diagonal - product * before)]
 }
 
-/// The same for a row of conduction, in f32. The diagonal is that of the eliminated row without the slope of the flux
+/// Eliminates a row of conduction, in f32. The diagonal is that of the eliminated row without the slope of the flux
 /// to the next cell, which is negated in `slope`; both are sums of positive numbers. Also returns the share of the
 /// diagonal in the pivot, by which the next row's slope to this one counts.
 ///

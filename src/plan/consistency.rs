@@ -11,9 +11,9 @@ use crate::physics::layout::{
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the plan is inconsistent: {rows} has {found}, expected {expected}")]
 pub struct InconsistentPlan {
-    /// Which rows, or which index in them.
+    /// Name of the rows, or of the index in them.
     rows: &'static str,
-    /// Their number, or the index.
+    /// Number of the rows, or the index.
     found: usize,
     /// The number or the range of indices that the other rows imply.
     expected: String,
@@ -23,7 +23,7 @@ fn count(rows: &'static str, found: usize, expected: usize) -> Result<(), Incons
     if found == expected { Ok(()) } else { Err(InconsistentPlan { rows, found, expected: expected.to_string() }) }
 }
 
-/// Every index is below `end`.
+/// Check that every index is below `end`.
 fn below(rows: &'static str, indices: impl IntoIterator<Item = u32>, end: usize) -> Result<(), InconsistentPlan> {
     match indices.into_iter().map(|index| index as usize).find(|&index| index >= end) {
         None => Ok(()),
@@ -31,7 +31,7 @@ fn below(rows: &'static str, indices: impl IntoIterator<Item = u32>, end: usize)
     }
 }
 
-/// At most `most`.
+/// Check that the number of rows is at most `most`.
 fn at_most(rows: &'static str, found: usize, most: usize) -> Result<(), InconsistentPlan> {
     if found <= most { Ok(()) } else { Err(InconsistentPlan { rows, found, expected: format!("at most {most}") }) }
 }

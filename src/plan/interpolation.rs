@@ -120,8 +120,8 @@ impl RecordInterpolation {
         self.times_s.len() - 1
     }
 
-    /// The same readings at the instants, from only those records that they use, which are returned; the last of them
-    /// is followed by no other.
+    /// The interpolation to the same instants from only the records that it uses, and the indices of these records in
+    /// ascending order.
     pub(crate) fn at_instants_only(&self) -> (Self, Vec<usize>) {
         let mut used: Vec<usize> = self.stencils.iter().flatten().map(|&(record, _)| record).collect();
         used.sort_unstable();
@@ -323,10 +323,10 @@ struct LimitedCubic {
     length_s: f64,
     origin_s: f64,
     ends: [f64; 2],
-    /// The linear function at the first of the two records, and its slope, as sums of both second differences.
+    /// Weights of both second differences in the linear factor at the first of the two records, and in its slope.
     weights: [[f64; 2]; 2],
-    /// At the first record, and its slope.
-    bend: [f64; 2],
+    /// The linear factor of the cubic at the first of the two records, and its slope.
+    linear_factor: [f64; 2],
 }
 
 impl LimitedCubic {
@@ -352,7 +352,7 @@ impl LimitedCubic {
         let third = [-1.0, 1.0].map(|sign| sign / (times[3] - times[0]));
         let at_start = [0, 1].map(|place| f64::from(u8::from(place == triple)) - times[other] * third[place]);
         let weights = [at_start, third].map(|of| [of[0] * limited[0], of[1] * limited[1]]);
-        let bend = weights.map(|of| of[0] * differences[0] + of[1] * differences[1]);
+        let linear_factor = weights.map(|of| of[0] * differences[0] + of[1] * differences[1]);
         Self {
             first,
             from,
@@ -361,7 +361,7 @@ impl LimitedCubic {
             origin_s,
             ends: [value(from), value(from + 1)],
             weights,
-            bend,
+            linear_factor,
         }
     }
 
@@ -376,13 +376,13 @@ impl LimitedCubic {
 
     fn value_after(&self, x: f64) -> f64 {
         let line = self.ends[0] + self.rise() * (x / self.length_s);
-        line + x * (x - self.length_s) * (self.bend[0] + self.bend[1] * x)
+        line + x * (x - self.length_s) * (self.linear_factor[0] + self.linear_factor[1] * x)
     }
 
     /// Extrema between the two records: the maximum, then the minimum.
     fn extrema(&self) -> [Option<f64>; 2] {
         // The slope is a x² + b x + c.
-        let (length, [start, tilt]) = (self.length_s, self.bend);
+        let (length, [start, tilt]) = (self.length_s, self.linear_factor);
         let (a, b, c) = (3.0 * tilt, 2.0 * (start - tilt * length), self.rise() / length - start * length);
         let discriminant = b * b - 4.0 * a * c;
         if discriminant < 0.0 {

@@ -28,7 +28,7 @@ pub(crate) struct PyrometerReading {
     stencils: Vec<Stencil>,
     /// Logarithm of the radiance of the surroundings at every record of the curve, at a jump before it.
     surroundings_at_records: Vec<f64>,
-    /// The same just after the start of every segment of the curve.
+    /// Logarithm of the radiance of the surroundings just after the start of every segment of the curve.
     surroundings_at_starts: Vec<f64>,
 }
 

@@ -44,20 +44,20 @@ impl Plan {
     }
 
     /// The same cells, steps and tables under another exposure, at both resolutions. Steps end on the corners of the
-    /// exposure of the original plan; a with_schedule face must stay with_schedule.
+    /// exposure of the original plan; a held face must stay held.
     pub fn with_exposure(&self, exposure: &Exposure) -> Self {
         self.with_forcing(&Arc::new(self.forcing.with_exposure(exposure)), exposure)
     }
 
     fn with_forcing(&self, forcing: &Arc<Forcing>, exposure: &Exposure) -> Self {
-        let with_schedule = |reading: &HeldReading| HeldReading {
+        let under_forcing = |reading: &HeldReading| HeldReading {
             temperatures_k: forcing.held_k(reading.face, &self.times_s, &self.instants_s),
             peak: forcing.highest_held(reading.face),
             ..*reading
         };
         let mut plan = Self {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.with_forcing(forcing, exposure))),
-            held_readings: self.held_readings.iter().map(with_schedule).collect(),
+            held_readings: self.held_readings.iter().map(under_forcing).collect(),
             pyrometers: (self.pyrometers.iter())
                 .map(|one| one.with_exposure(exposure, &self.instants_s, &self.interpolation))
                 .collect(),

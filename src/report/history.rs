@@ -209,7 +209,7 @@ fn discretisation(outcome: &FluxInversion) -> Option<String> {
     Some(format!("Discretisation error with this heating: {} K, {of_integral}.", format::significant(error_k, 2)))
 }
 
-/// Warnings.
+/// Warnings of data that no heating explains, of knots held at zero, and of the accuracy of the result.
 fn history_warnings(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
     let mut warnings = Vec::new();
     if outcome.exceeds_stated_noise() {

@@ -220,7 +220,7 @@ fn required_members(outcome: &Sizing) -> String {
     )
 }
 
-/// Warnings.
+/// Warnings of failed members, of a peak at the end of the run, and of an unconfirmed thickness.
 fn size_warnings(answers: &Answers, outcome: &Sizing) -> Vec<String> {
     let mut warnings = Vec::new();
     let part = limited_part(answers, outcome);

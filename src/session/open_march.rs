@@ -15,7 +15,7 @@ pub(super) struct OpenMarch {
     precision: Option<Precision>,
     seeks_hardware: bool,
     march: MonitoredMarch,
-    /// In f32.
+    /// Rounding error of the march in f32.
     rounding: Option<RoundingError>,
 }
 

@@ -65,7 +65,7 @@ pub(super) struct PolynomialChaos<'a> {
     accumulator: &'a Accumulator,
     /// The functions at the sampled members: function × member.
     functions: DMatrix<f64>,
-    /// By rising degree.
+    /// The expansions in the order of their degree.
     expansions: Vec<Expansion>,
     /// Share of the variance by which the leave-one-out error may rise with the degree.
     tolerance: f64,
@@ -122,7 +122,7 @@ struct Fit<'a> {
 /// Residuals of the sampled members about a regression.
 struct Residuals {
     plain: DVector<f64>,
-    /// About the regression without the member: `r/(1 − h)`.
+    /// Leave-one-out residuals, about the regression without the member: `r/(1 − h)`.
     left_out: DVector<f64>,
     /// Mean square of all members.
     mean_square: f64,

@@ -52,9 +52,9 @@ pub struct DepthProfiles {
 pub struct ProfileBands {
     /// Members counted: those of the first [`MAX_MEMBERS`] of the sweep that completed.
     pub members: usize,
-    /// Percentile × instant × depth, K.
+    /// Percentiles of the temperature: percentile × instant × depth, K.
     pub percentiles_k: [Vec<Vec<f64>>; 3],
-    /// The same of the highest temperature over time: percentile × depth, K.
+    /// Percentiles of the highest temperature over time: percentile × depth, K.
     pub maximum_percentiles_k: [Vec<f64>; 3],
 }
 

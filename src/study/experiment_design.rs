@@ -211,7 +211,7 @@ pub enum DesignError {
     TooManyDepths {
         /// Id of the case.
         case: String,
-        /// Their number.
+        /// Number of candidate depths and thermocouples.
         found: usize,
         /// The largest number.
         most: u64,

@@ -16,7 +16,7 @@ pub const DOUBLE_K: f64 = 1e-6;
 /// Largest difference of f64 tangents from central differences, relative to the largest derivative by the same factor:
 /// the error of a difference of step 1e-7 where a temperature of 1,600 K is rounded to 2e-13.
 pub const TANGENT_TOLERANCE: f64 = 1e-6;
-/// The same for f32 tangents: rounding over the march.
+/// Largest relative difference of f32 tangents from central differences: rounding over the march.
 pub const SINGLE_TANGENT_TOLERANCE: f64 = 1e-5;
 /// Lower limit of the largest derivative, K per unit of the factor. Below it, differences and f32 give rounding only.
 const MIN_DERIVATIVE_K: f64 = 100.0;

@@ -47,7 +47,7 @@ pub fn constant_flux(fourier: f64, depth: f64) -> f64 {
     fourier + (3.0 * height * height - 1.0) / 6.0 - 2.0 * modes
 }
 
-/// The same flux in at the hot face and out at the back, in units of qL/k.
+/// Temperature rise under a constant flux into the hot face and out of the back face, in units of qL/k.
 pub fn constant_flux_through(fourier: f64, depth: f64) -> f64 {
     constant_flux(fourier, depth) - constant_flux(fourier, 1.0 - depth)
 }

@@ -30,14 +30,14 @@ pub(super) const FMA: u32 = 50;
 /// How residuals of quotients and square roots are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Residual {
-    /// By a multiply-add that rounds once.
+    /// Residual by a multiply-add that rounds once.
     Fused,
-    /// By sums of products of halves, with their operations in the order of Dekker.
+    /// Residual by sums of products of half words, with the operations in the order of Dekker.
     Halves,
 }
 
 impl Residual {
-    /// In the order of their cost.
+    /// All kinds, in ascending order of cost.
     pub const ALL: [Self; 2] = [Self::Fused, Self::Halves];
 }
 

@@ -22,9 +22,9 @@ pub struct SelfTests {
 pub struct RoundingTest {
     /// Precision of operands and results.
     pub precision: Precision,
-    /// By the operations of the device.
+    /// Wrong results of the operations of the device.
     pub own: WrongRoundings,
-    /// With the quotients and square roots that kernels use: corrected where the device's own are wrong.
+    /// Wrong results of the quotients and square roots that kernels use: corrected where those of the device are wrong.
     pub used: WrongRoundings,
 }
 

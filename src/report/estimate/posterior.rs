@@ -90,7 +90,7 @@ pub(super) fn predicted_peak(answers: &Answers, outcome: &Posterior) -> Option<S
     ))
 }
 
-/// Warnings.
+/// Warnings of chains that have not converged and of a posterior that differs from the estimate.
 pub(super) fn posterior_warnings(
     answers: &Answers,
     estimated: &ParameterEstimates,

@@ -24,12 +24,12 @@ pub(super) struct PathLock {
     file: File,
 }
 
-/// Who may hold a lock beside this process.
+/// Whether other processes may hold a lock at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sharing {
-    /// Nobody.
+    /// No other process.
     Exclusive,
-    /// Others that share it too.
+    /// Other processes with a shared lock.
     Shared,
 }
 

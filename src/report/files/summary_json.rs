@@ -82,7 +82,7 @@ struct PeakRecord {
     peak_time_s: f64,
 }
 
-/// In the unit at the end of the gauge's name.
+/// Peak and final value of a gauge, in the unit at the end of its name.
 #[derive(Serialize)]
 struct GaugeRecord {
     /// Value of largest magnitude.

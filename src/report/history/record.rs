@@ -96,7 +96,7 @@ impl<'a> Values<'a> {
     }
 }
 
-/// With the stated and with the estimated heating.
+/// Misfit of a sensor with the stated and with the estimated heating.
 #[derive(Serialize)]
 struct SensorMisfit {
     stated_rms_k: f64,

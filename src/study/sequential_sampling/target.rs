@@ -26,8 +26,8 @@ pub enum TargetQuantity {
 /// The half-width of an interval.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum HalfWidth {
-    /// In K, or as a probability.
+    /// Half-width in K, or as a probability.
     Absolute(f64),
-    /// Relative to the estimated probability.
+    /// Half-width relative to the estimated probability.
     Relative(f64),
 }

@@ -13,7 +13,7 @@ pub(in crate::study) struct ScalableCase {
     pub factor: usize,
     /// Whether the case defines this factor itself; then the ratio multiplies each member's value.
     is_case_factor: bool,
-    /// Their total thickness in the case, m.
+    /// Total thickness of the sized plies in the case, m.
     pub case_thickness_m: f64,
 }
 

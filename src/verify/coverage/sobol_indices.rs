@@ -98,7 +98,7 @@ struct Exact {
 }
 
 impl Exact {
-    /// From `Var(E[f | factors]) / Var(f)` for the factors of a predicate.
+    /// Exact indices from the closed indices `Var(E[f | factors]) / Var(f)` of sets of factors, given as predicates.
     fn from_closed(active: usize, closed: impl Fn(&dyn Fn(usize) -> bool) -> f64) -> Self {
         let first: Vec<f64> = (0..active).map(|one| closed(&|factor| factor == one)).collect();
         let pairs = (0..active).flat_map(|one| (one + 1..active).map(move |other| (one, other)));

@@ -156,9 +156,9 @@ fn phenolic() -> Problem {
     .with_equal_steps(0.02)
 }
 
-/// The same in the form of CMA and FIAT: resin components A and B (300 to 0 and 900 to 600 kg/m³) fill half of the
-/// solid volume fraction 0.2, so that each loses 30 kg/m³. Their rate constants refer to density over virgin density;
-/// in terms of the advancement they are scaled by ((ρ_v − ρ_c)/ρ_v)^(m−1).
+/// The same phenolic in the form of CMA and FIAT: resin components A and B (300 to 0 and 900 to 600 kg/m³) fill half of
+/// the solid volume fraction 0.2, so that each loses 30 kg/m³. Their rate constants refer to density over virgin
+/// density; in terms of the advancement they are scaled by ((ρ_v − ρ_c)/ρ_v)^(m−1).
 fn phenolic_in_components() -> Problem {
     let gas_constant_j_mol_k = 8.314_471_469;
     let component = |virgin_kg_m3: f64, char_kg_m3: f64, rate_1_s: f64, activation_k: f64, onset_k: f64| {

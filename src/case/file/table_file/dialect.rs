@@ -29,7 +29,7 @@ impl Dialect {
         Self { separator: '\t', decimal_mark: None, missing: Vec::new() }
     }
 
-    /// The same, in which these cells have no value.
+    /// The dialect with these codes of cells without a value.
     pub(super) fn with_missing(self, codes: Vec<String>) -> Self {
         let missing = codes.into_iter().map(|code| {
             let number = code.parse().ok();

@@ -30,21 +30,21 @@ struct MarginalRecord {
     low: f64,
     high: f64,
     r_hat: f64,
-    /// Iterations.
+    /// Integrated autocorrelation time, in iterations.
     autocorrelation_time: f64,
     effective_samples: f64,
 }
 
 #[derive(Serialize)]
 struct DiscrepancyRecord {
-    /// In units of the effect of the prior standard deviations of all factors.
+    /// Amplitude in units of the effect of the prior standard deviations of all factors.
     relative_amplitude: f64,
     amplitude_k: f64,
     /// Infinite, and so `null`, where the discrepancy is constant in time.
     correlation_time_s: f64,
 }
 
-/// By the factors only, and with model discrepancy.
+/// Predictive intervals by the factors only, and with model discrepancy.
 #[derive(Serialize)]
 struct PredictiveIntervals {
     parameters: PeakInterval,
