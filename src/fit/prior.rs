@@ -51,7 +51,7 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
 
     fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
         let Some(tangents) = self.problem.tangents(points)? else { return Ok(None) };
-        let joined = |(tangent, point): (Tangent, nalgebra::DVectorView<'_, f64>)| {
+        let with_prior_rows = |(tangent, point): (Tangent, nalgebra::DVectorView<'_, f64>)| {
             let rows = tangent.residuals.len();
             let mut residuals = tangent.residuals.resize_vertically(rows + self.priors.len(), 0.0);
             let mut jacobian = tangent.jacobian.resize_vertically(rows + self.priors.len(), 0.0);
@@ -61,7 +61,7 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
             }
             Tangent { residuals, jacobian }
         };
-        Ok(Some(tangents.into_iter().zip(points.column_iter()).map(joined).collect()))
+        Ok(Some(tangents.into_iter().zip(points.column_iter()).map(with_prior_rows).collect()))
     }
 
     fn curvature_weights(&self, residuals: &DVector<f64>) -> Option<DVector<f64>> {

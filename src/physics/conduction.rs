@@ -27,8 +27,9 @@ pub(super) struct Node<R: Real> {
     /// Temperature increment of the first stage, K; zero at the first stage.
     pub(super) increment: R,
     pub(super) properties: CellProperties<R>,
-    /// Enthalpy of its gas (J/kg) and the slope of the enthalpy (J/kg/K).
+    /// Enthalpy of the gas in the cell, J/kg.
     pub(super) gas_enthalpy_j_kg: R,
+    /// Slope of the enthalpy of the gas by temperature, J/kg/K.
     pub(super) gas_heat_capacity: R,
 }
 

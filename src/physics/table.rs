@@ -57,7 +57,7 @@ fn in_steps<R: Real>(temperature_k: R) -> R {
     temperature_k * R::constant_from_f64(1.0 / TABLE_STEP_K)
 }
 
-/// [`table_index`] where rows are the table steps.
+/// [`table_index`] of a table whose rows are the table steps.
 #[inline(always)]
 pub fn index_by_steps<R: Real>(temperature_k: R, last: u32) -> TableIndex<R> {
     let position = in_steps(temperature_k);

@@ -45,7 +45,7 @@ pub(crate) struct PyrometerCurve<'a> {
 }
 
 impl PyrometerCurve<'_> {
-    /// The peak of the member, and its derivatives at that time.
+    /// The peak of the member, and the derivatives of the reading at the time of the peak.
     pub(crate) fn peaks(&self) -> impl Iterator<Item = Peak> {
         let [records, starts] = [&self.records, &self.starts].map(|values| values.len() / self.rows);
         let point = self.curve.highest(&self.records[..records], Some(&self.starts[..starts]));

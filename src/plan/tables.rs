@@ -416,8 +416,8 @@ fn ply_columns(
             Column::Integral(2),
         ]);
         if parts > 1 {
-            let apart = [part(radiative), part(gas)];
-            columns.extend(apart.into_iter().flat_map(|part| [Column::Property(part), Column::Slope(1)]));
+            let separate_parts = [part(radiative), part(gas)];
+            columns.extend(separate_parts.into_iter().flat_map(|part| [Column::Property(part), Column::Slope(1)]));
         }
     }
     debug_assert_eq!(columns.len(), tabulated_states(material) * properties_per_state(parts), "the layout's columns");

@@ -45,7 +45,7 @@ struct Slider {
 }
 
 impl Slider {
-    /// Add to the layout of a chart of this many traces. The legend moves above the chart.
+    /// Add the slider to the layout of a chart of `traces` traces. The legend moves above the chart.
     fn add_to(&self, layout: &mut Value, traces: usize) {
         let is_of_a_step = |trace: &usize| self.traces.iter().any(|step| step.contains(trace));
         let step = |(name, own): (&String, &Range<usize>)| {

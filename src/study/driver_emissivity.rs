@@ -17,7 +17,7 @@ pub struct DriverEmissivity {
     /// Largest change of the prediction with an emissivity lower, and higher, by the standard deviation, K, and its
     /// time, s; one pair per sensor.
     pub changes: Vec<[(f64, f64); 2]>,
-    /// The change of a member of a sweep.
+    /// Change of the traces of a member of a sweep with the emissivity.
     #[serde(skip)]
     pub(crate) shift: TraceShift,
 }

@@ -363,7 +363,7 @@ pub fn estimate(
     })
 }
 
-/// Numbers of a row in the log of an estimate, and its rows: one for the end of each minimisation.
+/// Number of columns and of rows of the log of an estimate: one row for the end of each minimisation.
 ///
 /// # Errors
 /// When the cases are incompatible.

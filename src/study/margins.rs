@@ -55,7 +55,7 @@ pub const TOLERANCE_CONFIDENCE: f64 = 0.95;
 pub struct MarginStatistics {
     /// One for each limit of the case, in their order.
     pub limits: Vec<MarginSpread>,
-    /// Heat into the hot face.
+    /// Heat into the layup through the hot face.
     pub heat_load: HeatLoad,
 }
 

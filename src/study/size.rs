@@ -418,7 +418,7 @@ fn check_cooled(case: &Case, demand: &SizingRequirement, sizing: &NominalSizing)
     }
     let [(thin_m, thin), .., (thick_m, thick)] = &sizing.curve[..] else { return Ok(()) };
     let (thin_k, thick_k) = (thin.temperature_k, thick.temperature_k);
-    // Rounded to 0.1 µm.
+    // Millimetres, rounded to 0.1 µm.
     let mm = |length_m: f64| (1e7 * length_m).round() / 1e4;
     if let Some(reason) = &sizing.failed_at_largest {
         let (ply, reason) = (demand.ply.clone(), reason.clone());

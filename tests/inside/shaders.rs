@@ -106,7 +106,7 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "plan", "the device reads the plan from its buffers"),
     ("member", "plies", "the host reads results with it; the device writes them to buffers"),
     ("system", "node_above", "one copy of a row's code for the processor; the device calls its rows"),
-    ("system", "links_within", "see node_above"),
+    ("system", "cells_and_covered_faces", "see node_above"),
     ("system", "integrates_conductivity", "a copy of the sweeps for either kind of conductivity"),
     ("system", "assemble_within", "see integrates_conductivity"),
     ("table", "new", "a loop of the processor for each kind of search; the device branches"),

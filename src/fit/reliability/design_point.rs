@@ -143,7 +143,7 @@ enum Progress {
 }
 
 impl Search {
-    /// The step to the foot of the linearised limit state, or that this is the last point.
+    /// The step to the point of the linearised limit state nearest to the origin; `None` if the search ends here.
     fn step(&mut self, scale: f64) -> Option<Vec<f64>> {
         let slope = length(&self.gradient);
         if !(slope.is_finite() && slope > 0.0 && self.value.is_finite()) {

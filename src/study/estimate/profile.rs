@@ -44,9 +44,11 @@ const INITIAL_REACH: f64 = 1.5;
 /// One side of a profile, extended outwards from the estimate.
 struct ProfileSide {
     factor: usize,
-    /// Distance from the estimate: covered so far, next, and to the bound; negative on the lower side.
+    /// Distance from the estimate covered so far; all distances are negative on the lower side.
     from: f64,
+    /// Distance from the estimate to be covered next.
     to: f64,
+    /// Distance from the estimate to the bound.
     end: f64,
     values: usize,
     /// Points and objectives, outwards.

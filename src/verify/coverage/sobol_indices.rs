@@ -251,7 +251,7 @@ pub(super) fn rows() -> Vec<VerificationRow> {
 
 /// Correlation of the first two factors of [`partial_rank_coverage`].
 const CORRELATION: f64 = 0.7;
-/// Nearly linear: its partial correlations are near one.
+/// A nearly linear function: its partial correlations are near one.
 const NEARLY_LINEAR: Model = Model::OfFew("unequal sum", 3, |x| x[0] + 0.3 * x[1] + 0.02 * x[2]);
 
 /// Coverage of the partial rank correlations of each factor, of functions of three factors of which two are correlated.
