@@ -105,14 +105,32 @@ fn depth_correction(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> 
     return rise;
 }
 
+fn initial_temperature_k(sensor: u32) -> real {
+    let row = plan.sensors[sensor];
+    var start_k = row.start_k;
+    if DEPTHS == 1u {
+        let location = plan.sensor_locations[sensor];
+        let above = ply_scales[location.ply_above].thickness;
+        let below = ply_scales[location.ply_below].thickness;
+        let shift_m = row.depth_m * (column(location.depth) - 1.0);
+        let stated_shift_m = max(shift_m, 0.0) / below - max(-shift_m, 0.0) / above;
+        for (var i = 0u; i < INITIAL_BENDS; i++) {
+            let bend = plan.initial_bends[i];
+            let beyond_m = row.depth_m - bend.depth_m;
+            let passed_m = max(beyond_m + stated_shift_m, 0.0) - max(beyond_m, 0.0);
+            start_k = start_k + bend.slope_change_k_m * passed_m;
+        }
+    }
+    return start_k;
+}
+
 fn update_sensors(step: u32) {
     for (var s = thread; s < run.sensors; s += THREADS_PER_MEMBER) {
         let now = read_sensor(s, step);
         if step == 0u {
-            let start_k = plan.sensors[s].start_k;
             beads_now[s] = now;
-            if start_k != 0.0 {
-                beads_now[s] = DoubleWord(start_k, 0.0);
+            if plan.sensors[s].start_k != 0.0 {
+                beads_now[s] = DoubleWord(initial_temperature_k(s), 0.0);
             }
         } else {
             beads_now[s] = bead_response(beads_now[s], readings[s], now, beads[(step - 1u) * SENSORS + s]);

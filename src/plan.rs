@@ -26,8 +26,8 @@ pub use consistency::InconsistentPlan;
 pub use depth_readings::ProfileDepth;
 use factor_columns::{conductivity_columns, factor_column};
 use forcing::Forcing;
-use grid::Grid;
 pub use grid::GridDensity;
+use grid::{Grid, initial_bends};
 use interpolation::RecordInterpolation;
 use limited_parts::LimitedRow;
 use ply_data::{bulk_properties, ply_rows, reaction_paths, reactions, state_properties};
@@ -260,6 +260,7 @@ impl Plan {
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
         let duration_s = time_grid.times_s.last().map_or(0.0, |end_s| end_s - time_grid.times_s[0]);
+        let has_depth_factors = places.iter().any(|place| place.depth > 0);
         let data = PlanData {
             bulk_properties: case.layup.plies.iter().map(|ply| bulk_properties(&ply.material, holder_w_m3_k)).collect(),
             state_properties: case.layup.plies.iter().flat_map(|ply| state_properties(&ply.material)).collect(),
@@ -272,6 +273,7 @@ impl Plan {
             step_lengths_s: time_grid.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
             tables: Arc::clone(&tables.values),
             sensors,
+            initial_bends: if has_depth_factors { initial_bends(&case.exposure.initial_k) } else { Vec::new() },
             beads: lag_weights(case, &time_grid, places.len()),
             cells: grid.cells,
         };
@@ -284,7 +286,7 @@ impl Plan {
             tables: tables.locations.clone(),
             conductivity_columns: conductions,
             face_columns: face_columns(case),
-            has_depth_factors: places.iter().any(|place| place.depth > 0),
+            has_depth_factors,
             sensors: case.sensors.len(),
             sensor_locations: places,
             conductivity_parts: parts,

@@ -1,10 +1,12 @@
 //! Peaks come from the steps of the march and the curve between them: they do not depend on the output instants.
 
 use crate::cli::run;
-use crate::support::{Scratch, root};
+use crate::support::{Scratch, adapter, root};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Ensemble, Marginal, SamplingKind};
 use bondline::march::cpu::Cpu;
+use bondline::march::gpu::Gpu;
+use bondline::march::gpu::device::Device;
 use bondline::march::richardson::RichardsonMarch;
 use bondline::march::{March, Precision};
 use bondline::question::{Goal, Uncertainty};
@@ -322,6 +324,70 @@ small = [0.9, 1.1]
     let tangents = tangents.expect("the processor differentiates");
     assert!((0..6).all(|sensor| tangents.trace(1, sensor)[0] == 0.0), "no factor changes the initial profile");
     assert!(tangents.trace(1, 0)[1] > 0.0);
+}
+
+/// Displaced thermocouples pass bends of the profile, in plies that are stretched, on every processor.
+#[test]
+fn at_the_start_a_thermocouple_of_uncertain_depth_reads_the_stated_profile_at_its_own_depth() {
+    let text = r#"
+duration = "60 s"
+initial_temperature = [["0 mm", "300 K"], ["1.7 mm", "420 K"], ["3.4 mm", "430 K"], ["5 mm", "350 K"], ["12 mm", "600 K"]]
+ply = [
+    { name = "S", material = "constant", thickness = "5 mm" },
+    { name = "T", material = "constant", thickness = "7 mm" },
+]
+contact_conductance = "200 W/m^2/K"
+sensor = [
+    { name = "BEND", depth = "1.7 mm" },
+    { name = "IN", depth = "3.3 mm", time_constant = "0.5 s" },
+    { name = "STILL", depth = "3.3 mm" },
+    { name = "DOWN", below = "S", side = "below" },
+]
+factor = [
+    { name = "d_bend", group = "BEND", property = "sensor_depth", small = [0.4, 1.6] },
+    { name = "d_in", group = "IN", property = "sensor_depth", small = [0.4, 1.4] },
+    { name = "d_down", group = "DOWN", property = "sensor_depth", small = [0.5, 1.5] },
+    { name = "t", group = "S", property = "thickness", small = [0.8, 1.25] },
+]
+[hot_face]
+kind = "heated"
+flux = "40 kW/m^2"
+"#;
+    let case = load(text);
+    let plan = bondline::adapt::adapt(&case).expect("the processor does not fail");
+    let factors = [[1.0, 1.0, 1.0, 1.0], [0.5, 1.2, 1.4, 1.0], [1.5, 0.45, 0.7, 1.25], [1.3, 0.9, 0.9, 0.8]];
+    let ensemble = Ensemble::from_values(4, factors.concat());
+    let device = Device::open(adapter(), false).expect("the device opens");
+    let processors: [(Box<dyn March>, f64); 3] = [
+        (Box::new(Cpu::new(Precision::F64)), 1e-9),
+        (Box::new(Cpu::new(Precision::F32)), 1e-4),
+        (Box::new(Gpu::new(device, Precision::F32).expect("the device passes its self-tests")), 1e-4),
+    ];
+    let mut in_single = Vec::new();
+    let profile_k = |depth_m: f64| case.exposure().initial_temperature_k(depth_m);
+    for (processor, tolerance_k) in processors {
+        let mut march = RichardsonMarch::new(processor);
+        let traces = march.march(&plan, &ensemble, 0..4).expect("the processor does not fail");
+        for (member, [bend, inside, below, thickness]) in factors.into_iter().enumerate() {
+            // A displaced thermocouple moves through the stretched layup from the place that it has in the stated one.
+            let of = |depth_m: f64, depth: f64| profile_k(depth_m + depth_m * (depth - 1.0) / thickness);
+            let down_m = if below > 1.0 { 5e-3 * below } else { 5e-3 + 5e-3 * (below - 1.0) / thickness };
+            let expected_k = [of(1.7e-3, bend), of(3.3e-3, inside), profile_k(3.3e-3), profile_k(down_m)];
+            for (sensor, expected_k) in expected_k.iter().enumerate() {
+                let found_k = traces.trace(member, sensor)[0];
+                let message = format!("member {member}, sensor {sensor}: {found_k} K for {expected_k} K");
+                assert!((found_k - expected_k).abs() < tolerance_k, "{message}");
+            }
+        }
+        in_single.push(traces.temperatures_k);
+    }
+    assert_eq!(in_single[1], in_single[2], "the device and the processor in single precision");
+    let mut march = RichardsonMarch::new(Box::new(Cpu::new(Precision::F64)));
+    let moved = Ensemble::from_values(4, vec![1.3, 1.0, 1.0, 1.0]);
+    let tangents = march.tangents(&plan, &moved, &[0]).expect("the processor does not fail");
+    let slope_k = 1.7e-3 * 10.0 / 1.7e-3;
+    let found_k = tangents.expect("the processor differentiates").trace(1, 0)[0];
+    assert!((found_k - slope_k).abs() < 1e-9, "{found_k} K for {slope_k} K per unit of the factor");
 }
 
 /// The profile bends between nodes and is hottest at the contact of a ply that cools from the start.

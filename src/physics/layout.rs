@@ -101,8 +101,15 @@ rows! {
         below_m,
         /// Nominal depth below the hot face, m.
         depth_m,
-        /// Initial temperature at the depth, K, where the bead starts; zero where it starts at the reading.
+        /// Initial temperature at the nominal depth, K, where the bead starts; zero where it starts at the reading.
         start_k,
+    }
+
+    /// A bend of the initial profile within the layup as stated, which a displaced sensor passes.
+    real InitialBend {
+        depth_m,
+        /// Slope below less slope above, K/m.
+        slope_change_k_m,
     }
 
     /// Location of a sensor: the cell above its face, the plies of that cell and the next, and the factor column of its
@@ -418,6 +425,8 @@ pub struct PlanData<S> {
     /// case share the tables.
     pub tables: Arc<[S]>,
     pub sensors: Vec<Sensor<S>>,
+    /// None where no factor scales the depth of a sensor.
+    pub initial_bends: Vec<InitialBend<S>>,
     /// Step × sensor.
     pub beads: Vec<Bead<S>>,
 }
@@ -438,6 +447,7 @@ impl<S: Copy> PlanData<S> {
             step_lengths_s: self.step_lengths_s.iter().map(|&x| each(x)).collect(),
             tables: self.tables.iter().map(|&x| each(x)).collect(),
             sensors: self.sensors.iter().map(|row| row.map(each)).collect(),
+            initial_bends: self.initial_bends.iter().map(|row| row.map(each)).collect(),
             beads: self.beads.iter().map(|row| row.map(each)).collect(),
         }
     }

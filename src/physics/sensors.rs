@@ -137,6 +137,27 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         rise
     }
 
+    /// Stated initial temperature at a sensor's nominal or shifted depth, K.
+    #[inline(always)]
+    fn initial_temperature_k(&self, sensor: usize) -> R {
+        let row = self.rows.sensors[sensor];
+        let mut start_k = R::splat(row.start_k);
+        if self.plan.has_depth_factors {
+            // The profile is stated over the layup as stated: a thicker ply stretches it.
+            let (location, zero) = (self.plan.sensor_locations[sensor], R::from_f64(0.0));
+            let [above, below] =
+                [location.ply_above, location.ply_below].map(|ply| self.scales.plies[ply as usize].thickness);
+            let shift_m = self.scales.shifts_m[sensor];
+            let stated_shift_m = shift_m.max(zero) / below - (-shift_m).max(zero) / above;
+            for bend in &self.rows.initial_bends {
+                let beyond_m = R::splat(row.depth_m) - R::splat(bend.depth_m);
+                let passed_m = (beyond_m + stated_shift_m).max(zero) - beyond_m.max(zero);
+                start_k = start_k + R::splat(bend.slope_change_k_m) * passed_m;
+            }
+        }
+        start_k
+    }
+
     /// Reads the sensors at the start of a step, and lets the beads follow over the step before.
     #[inline(always)]
     pub(super) fn update_sensors(&mut self, step: usize) {
@@ -145,10 +166,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let now = self.read_sensor(sensor, step);
             if step == 0 {
                 // Nodes and their fluxes would miss bends of the initial profile, by a kelvin.
-                let start_k = self.rows.sensors[sensor].start_k;
                 self.sensors.beads[sensor] = now;
-                if start_k != R::scalar(0.0) {
-                    self.sensors.beads[sensor] = DoubleWord::single(R::splat(start_k));
+                if self.rows.sensors[sensor].start_k != R::scalar(0.0) {
+                    self.sensors.beads[sensor] = DoubleWord::single(self.initial_temperature_k(sensor));
                 }
             } else {
                 let weights = self.rows.beads[(step - 1) * sensors + sensor];

@@ -117,7 +117,7 @@ impl Plan {
                 };
                 // Without a part of the way to the face the reading is the node of the cell.
                 let (above, below, above_m, below_m) = (0.0, 0.0, 0.0, 0.0);
-                let (depth_m, start_k) = (sensor.depth_m, start_reading_k(sensor, &location, case));
+                let (depth_m, start_k) = (sensor.depth_m, start_reading_k(sensor, case));
                 (location, layout::Sensor { above, below, above_m, below_m, depth_m, start_k })
             }
         };

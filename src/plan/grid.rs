@@ -6,7 +6,7 @@
 
 use super::limited_parts::LimitReading;
 use crate::case::{self, Case, Face, Property, Side};
-use crate::physics::layout::{Cell, Sensor, SensorLocation};
+use crate::physics::layout::{Cell, InitialBend, Sensor, SensorLocation};
 
 /// Cells from hot face to back face, the cell range of each ply, and the sensors.
 #[derive(Clone, Debug)]
@@ -261,19 +261,30 @@ pub(super) fn locate_sensor(
         end_node: 0,
         faces: 0,
     };
-    (place, Sensor { above, below, above_m, below_m, depth_m, start_k: start_reading_k(sensor, &place, case) })
+    (place, Sensor { above, below, above_m, below_m, depth_m, start_k: start_reading_k(sensor, case) })
 }
 
-/// The initial temperature where the bead of a sensor starts, K. Zero where it starts at its first reading: beads
-/// without lag on held faces, and sensors whose depth is a factor.
-pub(super) fn start_reading_k(sensor: &case::Sensor, place: &SensorLocation<u32>, case: &Case) -> f64 {
+/// The initial temperature at the nominal depth of a sensor, K, where its bead starts. Zero where it starts at its first
+/// reading: beads without lag on held faces.
+pub(super) fn start_reading_k(sensor: &case::Sensor, case: &Case) -> f64 {
     let exposure = &case.exposure;
     let faces = [(&exposure.hot_face, case.layup.origin_m), (&exposure.back_face, case.layup.back_m())];
     let is_held = faces
         .iter()
         .any(|(face, depth_m)| matches!(face, Face::Held(_)) && (sensor.depth_m - depth_m).abs() <= same_depth_m(case));
-    let starts_at_reading = place.depth > 0 || (is_held && sensor.time_constant_s == 0.0);
+    let starts_at_reading = is_held && sensor.time_constant_s == 0.0;
     if starts_at_reading { 0.0 } else { exposure.initial_temperature_k(sensor.depth_m) }
+}
+
+/// Bends of an initial profile of points (depth, temperature), which is constant beyond its ends.
+pub(super) fn initial_bends(points: &[(f64, f64)]) -> Vec<InitialBend<f64>> {
+    let slopes_k_m = points.windows(2).map(|pair| (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
+    let below_k_m = slopes_k_m.clone().chain([0.0]);
+    let above_k_m = std::iter::once(0.0).chain(slopes_k_m);
+    let bends = points.iter().zip(below_k_m.zip(above_k_m)).map(|(&(depth_m, _), (below_k_m, above_k_m))| {
+        InitialBend { depth_m, slope_change_k_m: below_k_m - above_k_m }
+    });
+    bends.filter(|bend| bend.slope_change_k_m != 0.0).collect()
 }
 
 /// The row of a part with a temperature limit: the highest of some nodes, and of the faces in the rows after it.

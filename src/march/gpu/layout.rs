@@ -3,8 +3,8 @@
 use super::scalar::DeviceScalar;
 use super::state::{self, Slots};
 use crate::physics::layout::{
-    BulkProperties, ConductivityColumns, Face, FaceColumns, PlanData, Ply, PoreClass, PressureLevel, ROWS, Reaction,
-    ReactionPath, RowLayout, Sensor, SensorLocation, StateProperties, TableLocation,
+    BulkProperties, ConductivityColumns, Face, FaceColumns, InitialBend, PlanData, Ply, PoreClass, PressureLevel, ROWS,
+    Reaction, ReactionPath, RowLayout, Sensor, SensorLocation, StateProperties, TableLocation,
 };
 use crate::plan::Plan;
 use bytemuck::{Pod, Zeroable};
@@ -102,6 +102,7 @@ uniform_rows! {
     faces: Face["2"] of rows.faces,
     face_columns: FaceColumns["2"] of plan.rows.face_columns,
     sensors: Sensor["SENSORS"] of rows.sensors,
+    initial_bends: InitialBend["INITIAL_BENDS"] of rows.initial_bends,
     sensor_locations: SensorLocation["SENSORS"] of plan.rows.sensor_locations,
     state_properties: StateProperties["STATE_ROWS"] of rows.state_properties,
     conductivity_columns: ConductivityColumns["STATE_ROWS"] of plan.rows.conductivity_columns,

@@ -138,6 +138,7 @@ pub(super) fn source_without_lengths(
         ("TABLES", plan.rows.tables.len() as u32),
         ("PRESSURE_LEVELS", plan.rows.data.pressure_levels.len() as u32),
         ("PORE_CLASSES", plan.rows.data.pore_classes.len().max(1) as u32),
+        ("INITIAL_BENDS", plan.rows.data.initial_bends.len().max(1) as u32),
         ("REACTIONS", plan.rows.max_reactions.max(1) as u32),
         ("REACTION_ROWS", plan.rows.reaction_paths.len().max(1) as u32),
         ("HOLDER", u32::from(plan.rows.has_holder)),
@@ -216,6 +217,11 @@ pub fn loop_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let holder = if plan.rows.has_holder { 4 * cells_by_ply } else { 0 };
     let steps = plan.rows.sensor_locations.iter().map(|place| 2 + place.steps_above + place.steps_below);
     let displaced_sensors = if plan.rows.has_depth_factors { steps.sum() } else { 0 };
+    let initial_bends = if plan.rows.has_depth_factors {
+        sensors * with_exit(plan.rows.data.initial_bends.len().max(1) as u32)
+    } else {
+        0
+    };
     let nodes = plan.rows.sensor_locations.iter().map(|place| 2 + place.end_node - place.first_node + 2 * place.faces);
     let hottest = if plan.rows.has_limit_rows() { nodes.sum() } else { 0 };
     let state = with_exit(cells) + with_exit(sensors) + with_exit(plies) + with_exit(HEAT_TOTALS as u32);
@@ -240,7 +246,7 @@ pub fn loop_iterations(plan: &Plan, threads: u32) -> (u32, u32) {
     let (across, across_around) = if threads == 1 { (0, 0) } else { communication_iterations(plan, threads) };
     (
         1 + advance + readings + holder + displaced_sensors + hottest + enthalpies + steep + gas + across,
-        around + gas_around + across_around,
+        around + initial_bends + gas_around + across_around,
     )
 }
 
