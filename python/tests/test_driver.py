@@ -183,6 +183,21 @@ def test_um_bridge_refuses_a_length_that_is_none(address: str, length: str) -> N
     assert b" 413 " in found and b"expected at most" in found
 
 
+@pytest.mark.parametrize("port", ["-1", "65536", "99999999999999999999", "http"])
+def test_um_bridge_refuses_a_port_that_is_none(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        bondline.umbridge.main(["--port", port, str(CASES / "slab")])
+    assert ended.value.code == 2
+    assert "argument --port: " in capsys.readouterr().err
+
+
+def test_um_bridge_says_that_a_port_is_taken(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        assert bondline.umbridge.main(["--port", port, str(CASES / "slab")]) == 2
+    assert "bondline.umbridge: " in capsys.readouterr().err
+
+
 def test_um_bridge_answers_others_while_a_client_stops_in_the_middle(
     slab: bondline.Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:

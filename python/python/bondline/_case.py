@@ -113,7 +113,7 @@ class Case:
             path = f"materials/{name}.toml"
             if path in found:
                 raise ValueError(f"materials: {name!r} is stated twice: files has {path!r} too")
-            found[path] = _bondline.to_toml(content(material))
+            found[path] = _bondline.to_toml(content(material, f"materials.{name}"))
         if observations is not None:
             stated = root.get("observations", {})
             if "observations.csv" in found or isinstance(stated, Mapping) and "file" in stated:

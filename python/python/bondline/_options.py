@@ -99,14 +99,16 @@ def _plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def content(value: Any) -> Any:
-    """The content of a case with pint quantities as text and arrays as lists."""
+def content(value: Any, key: str = "") -> Any:
+    """The content of a case with pint quantities as text and arrays as lists; messages name its key."""
+    if value is None:
+        raise _bondline.CaseError(f"{key}: expected a value, found None: leave the key out to have its default")
     if isinstance(value, Mapping):
-        return {str(key): content(item) for key, item in value.items() if item is not None}
+        return {str(name): content(item, f"{key}.{name}" if key else str(name)) for name, item in value.items()}
     if hasattr(value, "magnitude") and hasattr(value, "units"):
         return text(value)
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, (list, tuple)):
-        return [content(item) for item in value]
+        return [content(item, f"{key}[{place}]") for place, item in enumerate(value)]
     return value

@@ -39,7 +39,7 @@ def uncertainty(
     pieces: int | None = None,
     retries: int = 3,
     progress: Callable[[Uncertainty], object] | None = None,
-    interval_s: float = 1.0,
+    interval_s: float | None = None,
     **options: Any,
 ) -> Uncertainty:
     """A Monte Carlo sweep over the factors: :meth:`bondline.Case.uncertainty`, cut into pieces.
@@ -62,7 +62,7 @@ def uncertainty(
         Called with the answer from the members so far; ``completed`` and ``requested`` are their numbers. An exception
         of it ends the sweep.
     interval_s
-        Least time between two of these calls, s.
+        Least time between two of these calls, s; 1 s by default.
     options
         Options of :meth:`bondline.Case.uncertainty`: ``seed``, ``sampling``, ``sampling_bounds``.
 
@@ -74,6 +74,8 @@ def uncertainty(
     for option in ("until", "depth_profiles"):
         if options.get(option) is not None:
             raise _bondline.OptionError(f"{option} has no effect here: only a whole sweep of one process has it")
+    if interval_s is not None and progress is None:
+        raise _bondline.OptionError("interval_s has no effect without progress")
     chosen = question("uncertainty", options, {"members": n})
     _bondline.check(case._core, "uncertainty", chosen)
     members = int(_bondline.options_of("uncertainty", chosen)["members"])
@@ -94,7 +96,7 @@ def uncertainty(
                           retries=retries, priority=level)
             for place, group in enumerate(groups)
         ]
-    return _gathered(case, parts, progress, interval_s)
+    return _gathered(case, parts, progress, 1.0 if interval_s is None else interval_s)
 
 
 def estimate(
