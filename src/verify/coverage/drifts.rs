@@ -73,18 +73,3 @@ pub(super) fn rows() -> Vec<VerificationRow> {
     };
     CORRELATIONS_S.into_iter().map(row).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[ignore = "counts"]
-    fn count() {
-        for samples in [20, 60, 200, 1000] {
-            for correlation_s in [0.0, 1.0, 2.0, 5.0, 10.0] {
-                println!("{samples} {correlation_s}: {:.4}", covered(samples, correlation_s, 2000).fraction());
-            }
-        }
-    }
-}

@@ -3,6 +3,7 @@
 
 use super::{Counted, covered_row};
 use crate::case::{Case, Face, Observation, Schedule, Sensor};
+use crate::fit::proportion::Proportion;
 use crate::march::cpu::Cpu;
 use crate::march::richardson::RichardsonMarch;
 use crate::march::{MarchError, Precision};
@@ -19,10 +20,10 @@ use crate::verify::{Group, VerificationRow};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Histories of each kind.
-const HISTORIES: usize = 100;
-const KNOTS_ALLOWED: (f64, &str) = (2.4, "three standard errors of 100 histories, whose shares scatter by 8 %");
-const INTEGRALS_ALLOWED: (f64, &str) = (6.5, "three standard errors of 100 integrals");
+/// Histories of each kind; the ignored test below counts more.
+const HISTORIES: usize = 16;
+const KNOTS_ALLOWED: (f64, &str) = (6.0, "three standard errors of 16 histories, whose shares scatter by 8 %");
+const INTEGRALS_ALLOWED: (f64, &str) = (7.3, "three standard errors of 80 integrals");
 const DURATION_S: f64 = 50.0;
 /// The face is heated between these times, which the case states, and until it is retracted.
 const HOT_S: (f64, f64) = (0.5, 41.0);
@@ -217,20 +218,19 @@ fn counted(kind: Kind, histories: usize) -> Result<Vec<Held>, MarchError> {
 /// # Errors
 /// As [`March::march`](crate::march::March::march); the processor does not fail.
 pub(super) fn rows() -> Result<Vec<VerificationRow>, MarchError> {
+    let samples = DURATION_S as usize;
     let mut rows = Vec::new();
+    let mut all = Vec::new();
     for kind in KINDS {
         let held = counted(kind, HISTORIES)?;
-        let share = |of: &dyn Fn(&Held) -> f64, what: &'static str| Counted {
-            covered: held.iter().map(of).sum::<f64>() / held.len() as f64,
-            total: held.len(),
-            of: what,
-        };
-        let knots = share(&|held| held.knots, "histories");
-        let integrals = share(&|held| f64::from(u8::from(held.integral)), "histories");
-        let samples = DURATION_S as usize;
+        let covered = held.iter().map(|held| held.knots).sum::<f64>() / held.len() as f64;
+        let knots = Counted { covered, total: held.len(), of: "histories" };
         rows.push(covered_row("history, knots", samples, &kind.name(), &knots, KNOTS_ALLOWED));
-        rows.push(covered_row("history, integral", samples, &kind.name(), &integrals, INTEGRALS_ALLOWED));
+        all.extend(held);
     }
+    let count = all.iter().filter(|held| held.integral).count();
+    let integrals = Counted::intervals(Proportion { count, total: all.len() });
+    rows.push(covered_row("history, integral", samples, "histories of all these kinds", &integrals, INTEGRALS_ALLOWED));
     Ok(rows)
 }
 
@@ -238,24 +238,17 @@ pub(super) fn rows() -> Result<Vec<VerificationRow>, MarchError> {
 mod tests {
     use super::*;
 
+    /// With `BONDLINE_ALL`: prints the coverage over 100 histories of each kind, and counts those that are not found.
     #[test]
-    #[ignore = "counts"]
-    fn count() {
-        let number = |name: &str, or: usize| std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(or);
+    fn nearly_every_history_is_found() {
+        let histories = if std::env::var_os("BONDLINE_ALL").is_some() { 100 } else { 2 };
         for kind in KINDS {
-            let start = std::time::Instant::now();
-            let held = counted(kind, number("COUNT", 100)).expect("the processor does not fail");
-            let n = held.len() as f64;
-            let mean = held.iter().map(|held| held.knots).sum::<f64>() / n;
-            let spread = (held.iter().map(|held| (held.knots - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-            let integrals = held.iter().filter(|held| held.integral).count() as f64 / n;
-            let failed = held.iter().filter(|held| held.knots == 0.0).count();
-            println!(
-                "{}: n {n} knots {:.4} sd {spread:.3}, integral {integrals:.4}, none held {failed}, {:.1} s",
-                kind.name(),
-                mean,
-                start.elapsed().as_secs_f64()
-            );
+            let held = counted(kind, histories).expect("the processor does not fail");
+            let mean = |of: fn(&Held) -> f64| held.iter().map(of).sum::<f64>() / histories as f64;
+            let (knots, integrals) = (mean(|held| held.knots), mean(|held| f64::from(u8::from(held.integral))));
+            println!("{}: {histories} histories, knots {knots:.4}, integrals {integrals:.3}", kind.name());
+            let missing = held.iter().filter(|held| held.knots == 0.0).count();
+            assert!(missing <= histories / 50, "{}: {missing} of {histories} have no interval", kind.name());
         }
     }
 }

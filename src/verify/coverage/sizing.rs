@@ -192,20 +192,3 @@ pub(super) fn rows() -> Result<Vec<VerificationRow>, MarchError> {
         row("trade, rank", "two layups of nearly the same mass", counted(&trades, 1), TRADES_ALLOWED),
     ])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[ignore = "counts"]
-    fn count() {
-        let (one, other) = (SLAB.true_m(), OTHER.true_m());
-        println!("masses {} {}", one * SLAB.density_kg_m3, other * OTHER.density_kg_m3);
-        let start = std::time::Instant::now();
-        for row in rows().expect("the processor does not fail") {
-            println!("{}: {}", row.case, row.quantity);
-        }
-        println!("{:.1} s", start.elapsed().as_secs_f64());
-    }
-}
