@@ -265,7 +265,10 @@ fn fits(
     truths.into_iter().zip(fits).map(fit).collect()
 }
 
-/// The true factors of some data sets, and the case with synthetic observations of each; `None` where the march failed.
+/// The true factors of a data set, and the case with its synthetic observations; `None` where the march failed.
+type DataSet = (Vec<f64>, Option<Case>);
+
+/// Some data sets of a design.
 ///
 /// # Errors
 /// As [`coverage_study`].
@@ -275,7 +278,7 @@ pub(crate) fn data_sets(
     march: &mut dyn March,
     design: &CoverageDesign,
     numbers: Range<usize>,
-) -> Result<Vec<(Vec<f64>, Option<Case>)>, EstimateError> {
+) -> Result<Vec<DataSet>, EstimateError> {
     let estimated = estimated(case)?;
     let sampling = Sampling { kind: SamplingKind::Normal, seed: design.noise.seed };
     let ensemble = Ensemble::sample(&case.factors, design.truth_bounds, &sampling, design.data_sets);

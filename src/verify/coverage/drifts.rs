@@ -73,3 +73,18 @@ pub(super) fn rows() -> Vec<VerificationRow> {
     };
     CORRELATIONS_S.into_iter().map(row).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_records() {
+        for samples in [20, 30, 40, 60, 100] {
+            for correlation_s in [0.0, 1.0, 2.0, 5.0, 10.0] {
+                let p = covered(samples, correlation_s, 1000);
+                eprintln!("{samples} {correlation_s} {}", p.count);
+            }
+        }
+    }
+}

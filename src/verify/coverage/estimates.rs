@@ -114,7 +114,7 @@ fn held<T: Send>(
     let answer = |(truth, data): &(Vec<f64>, Option<Case>)| {
         let Some(data) = data else { return Ok(None) };
         let (runs, mut march) = ([(data, plan)], march());
-        match estimate(&runs, &mut march, search) {
+        match estimate(&runs, &mut march, search, &mut NoLog) {
             Err(EstimateError::March(error)) => Err(error),
             Err(_) => Ok(None),
             Ok(found) => study(&runs, &mut march, &found, truth),
@@ -201,7 +201,7 @@ impl HeldPosterior {
 fn posterior_rows((case, plan): (&Case, &Plan), correlation_s: f64) -> Result<Vec<VerificationRow>, MarchError> {
     let held = held((case, plan), (POSTERIORS, correlation_s), &search(), |runs, march, found, truth| {
         let walkers = Walkers { number: WALKERS, iterations: ITERATIONS, seed: 1 };
-        let sampled = match posterior(runs, march, found, &walkers) {
+        let sampled = match posterior(runs, march, found, &walkers, &mut NoLog) {
             Err(PosteriorError::March(error)) => return Err(error),
             Err(_) => return Ok(None),
             Ok(sampled) => sampled,

@@ -139,7 +139,7 @@ fn contains((low, high): (Option<RequiredThickness>, Option<RequiredThickness>),
 
 /// Whether the interval of the thickness contains the true one, and whether the check confirms it.
 fn sizing(case: &Case, true_m: f64, seed: u64) -> Result<[bool; 2], MarchError> {
-    match size(case, &mut march(), &requirement(case), &sweep(MEMBERS, seed)) {
+    match size(case, &mut march(), &requirement(case), &sweep(MEMBERS, seed), &mut NoLog) {
         Err(SizeError::March(error)) => Err(error),
         Err(_) => Ok([false; 2]),
         Ok(found) => Ok([contains(found.interval, true_m), found.is_confirmed() == Some(true)]),
