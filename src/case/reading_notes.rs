@@ -12,7 +12,7 @@ pub(crate) struct ReadingNotes {
     /// Data that were not read.
     pub(super) unread: Vec<Diagnostic>,
     /// Recorded channel of each sensor.
-    pub(super) recorded: Vec<RecordedChannel>,
+    pub(crate) recorded: Vec<RecordedChannel>,
     /// Temperatures of held faces before they were smoothed.
     pub(super) drivers: Vec<SmoothedDriver>,
     /// The pyrometer that holds the hot face.

@@ -42,6 +42,12 @@ pub const WARNED_CORRELATION: f64 = 1.0 - WHITE_PRIOR;
 /// Prior probabilities of white noise and of the purely exponential process; the remainder is that of their sum.
 const WHITE_PRIOR: f64 = 0.75;
 const EXPONENTIAL_PRIOR: f64 = 0.17;
+/// The same for noise whose signal has nearly as many variables as samples, such as a heating history, in which slow
+/// noise and signal are confounded: the likelihood of a few samples cannot make up for a prior for white noise. With
+/// that of a fit, bands of histories from correlated noise held 90 % of the knots and 83 % of the integrals that are
+/// stated as 95 %; with this one 93 and 96 %, and from white noise 97 and 99 %.
+const HISTORY_WHITE_PRIOR: f64 = 0.1;
+const HISTORY_EXPONENTIAL_PRIOR: f64 = 0.45;
 /// White fractions of the grid, each with the width of the interval of the uniform η that it represents.
 const WHITE_FRACTIONS: [(f64, f64); 8] =
     [(0.0, 0.025), (0.05, 0.075), (0.15, 0.125), (0.3, 0.175), (0.5, 0.2), (0.7, 0.175), (0.85, 0.125), (0.95, 0.1)];
@@ -107,7 +113,7 @@ impl NoiseProcess {
         let mut columns = basis.insert_column(0, 0.0);
         columns.set_column(0, residuals);
         let grid = if freedom > 0.0 {
-            model_grid(&gaps, TIME_GRID_RATIO, &WHITE_FRACTIONS)
+            model_grid(&gaps, TIME_GRID_RATIO, &WHITE_FRACTIONS, [WHITE_PRIOR, EXPONENTIAL_PRIOR])
         } else {
             vec![NoiseCorrelation::WHITE]
         };
@@ -220,9 +226,10 @@ impl ScoreSum {
 impl NoiseCorrelation {
     const WHITE: Self = Self { correlation_time: 0.0, white_fraction: 1.0, prior: 1.0 };
 
-    /// A coarse grid for traces with these gaps.
-    pub(crate) fn coarse_grid(gaps: &[Vec<f64>]) -> Vec<Self> {
-        model_grid(gaps, COARSE_TIME_GRID_RATIO, &COARSE_WHITE_FRACTIONS)
+    /// A coarse grid for traces with these gaps, with the priors of a heating history.
+    pub(crate) fn history_grid(gaps: &[Vec<f64>]) -> Vec<Self> {
+        let priors = [HISTORY_WHITE_PRIOR, HISTORY_EXPONENTIAL_PRIOR];
+        model_grid(gaps, COARSE_TIME_GRID_RATIO, &COARSE_WHITE_FRACTIONS, priors)
     }
 
     /// Columns multiplied by the inverse of a square root of Σ, and the logarithm of the determinant of Σ: the
@@ -290,8 +297,14 @@ fn exponential_correlation(gap: f64, correlation_time: f64) -> f64 {
     if correlation_time > 0.0 { (-gap / correlation_time).exp() } else { 0.0 }
 }
 
-/// The model grid, with this ratio of neighbouring correlation times and these white fractions.
-fn model_grid(gaps: &[Vec<f64>], time_ratio: f64, white_fractions: &[(f64, f64)]) -> Vec<NoiseCorrelation> {
+/// The model grid, with this ratio of neighbouring correlation times, these white fractions, and the prior probabilities
+/// of white noise and of the purely exponential process.
+fn model_grid(
+    gaps: &[Vec<f64>],
+    time_ratio: f64,
+    white_fractions: &[(f64, f64)],
+    [white, exponential]: [f64; 2],
+) -> Vec<NoiseCorrelation> {
     let all = || gaps.iter().flatten().copied().filter(|gap| *gap > 0.0);
     let shortest = all().fold(f64::INFINITY, f64::min);
     let longest = gaps.iter().map(|gaps| gaps.iter().sum()).fold(0.0, f64::max);
@@ -310,12 +323,12 @@ fn model_grid(gaps: &[Vec<f64>], time_ratio: f64, white_fractions: &[(f64, f64)]
     let sum: f64 = densities.iter().sum();
     let models = times.iter().zip(&densities).flat_map(|(&time, density)| {
         white_fractions.iter().map(move |&(white_fraction, width)| {
-            let exponential = if white_fraction == 0.0 { EXPONENTIAL_PRIOR } else { 0.0 };
-            let prior = (1.0 - WHITE_PRIOR - EXPONENTIAL_PRIOR) * width + exponential;
+            let own = if white_fraction == 0.0 { exponential } else { 0.0 };
+            let prior = (1.0 - white - exponential) * width + own;
             NoiseCorrelation { correlation_time: time, white_fraction, prior: prior * density / sum }
         })
     });
-    std::iter::once(NoiseCorrelation { prior: WHITE_PRIOR, ..NoiseCorrelation::WHITE }).chain(models).collect()
+    std::iter::once(NoiseCorrelation { prior: white, ..NoiseCorrelation::WHITE }).chain(models).collect()
 }
 
 /// Logarithm of the restricted likelihood, and rᵀPr; the first column is r, the others are a basis of X.

@@ -249,15 +249,8 @@ fn fits(
     data_sets: Range<usize>,
 ) -> Result<Vec<DataSetFit>, EstimateError> {
     let estimated = estimated(case)?;
-    let sampling = Sampling { kind: SamplingKind::Normal, seed: design.noise.seed };
-    let ensemble = Ensemble::sample(&case.factors, design.truth_bounds, &sampling, design.data_sets);
-    let truth = |data_set: usize| -> Vec<f64> {
-        let drawn = ensemble.member(data_set);
-        let of = |factor: usize| if estimated.contains(&factor) { drawn[factor] } else { case.factors[factor].nominal };
-        (0..case.factors.len()).map(of).collect()
-    };
-    let truths: Vec<Vec<f64>> = data_sets.clone().map(truth).collect();
-    let data = synthetic_cases(case, plan, march, &truths, design, data_sets.start)?;
+    let (truths, data): (Vec<Vec<f64>>, Vec<Option<Case>>) =
+        self::data_sets(case, plan, march, design, data_sets)?.into_iter().unzip();
     let fits = run_batched(march, plan, data.len(), |number, march| {
         data[number].as_ref().map(|data| estimate(&[(data, plan)], march, &design.search, &mut NoLog))
     })?;
@@ -270,6 +263,33 @@ fn fits(
         Ok(DataSetFit { truth, outcome })
     };
     truths.into_iter().zip(fits).map(fit).collect()
+}
+
+/// The true factors of a data set, and the case with its synthetic observations; `None` where the march failed.
+type DataSet = (Vec<f64>, Option<Case>);
+
+/// Some data sets of a design.
+///
+/// # Errors
+/// As [`coverage_study`].
+pub(crate) fn data_sets(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    design: &CoverageDesign,
+    numbers: Range<usize>,
+) -> Result<Vec<DataSet>, EstimateError> {
+    let estimated = estimated(case)?;
+    let sampling = Sampling { kind: SamplingKind::Normal, seed: design.noise.seed };
+    let ensemble = Ensemble::sample(&case.factors, design.truth_bounds, &sampling, design.data_sets);
+    let truth = |data_set: usize| -> Vec<f64> {
+        let drawn = ensemble.member(data_set);
+        let of = |factor: usize| if estimated.contains(&factor) { drawn[factor] } else { case.factors[factor].nominal };
+        (0..case.factors.len()).map(of).collect()
+    };
+    let truths: Vec<Vec<f64>> = numbers.clone().map(truth).collect();
+    let data = synthetic_cases(case, plan, march, &truths, design, numbers.start)?;
+    Ok(truths.into_iter().zip(data).collect())
 }
 
 /// Why a data set has no fit.

@@ -352,7 +352,7 @@ impl Inversion<'_> {
             weight,
             known_errors: &errors,
             spans: &spans_s,
-            largest: fit.point.amax(),
+            estimate: &fit.point,
         });
         let (noise, noise_variance) = posterior.noise();
         let integral = |values: &[f64]| values.iter().zip(&spans_s).map(|(value, span_s)| value * span_s).sum();

@@ -4,8 +4,9 @@
 //! The statistics are robust: a few wrong samples do not move them. Thresholds are those of the constants below.
 
 use crate::case::{Case, Observation};
+use crate::fit::noise_model::NoiseProcess;
 use crate::numerics::robust_noise::{DEVIATION_PER_MAD, median, noise_deviation};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use nalgebra::{DMatrix, DVector};
 
 /// A gap is longer than so many median intervals, and than twice the intervals beside it.
 const GAP_INTERVALS: f64 = 3.0;
@@ -388,11 +389,14 @@ impl Series<'_> {
             pairs().map(|(time_s, value_k)| value_k - mean_k - slope * (time_s - mean_s)).collect();
         let squares: f64 = residuals.iter().map(|off_k| off_k * off_k).sum();
         let noise_k = (squares / (count - 2) as f64).sqrt();
-        let products: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();
-        let correlation = if squares > 0.0 { (products / squares).clamp(0.0, 0.99) } else { 0.0 };
-        let widened = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
-        let student = StudentsT::new(0.0, 1.0, (count - 2) as f64).map_or(1.96, |student| student.inverse_cdf(0.975));
-        let half_width = student * widened * noise_k / sum_squares.sqrt();
+        // Columns of unit length, so that the slope is the score along the second over the root of the sum.
+        let lines = DMatrix::from_fn(count, 2, |row, column| match column {
+            0 => 1.0 / (count as f64).sqrt(),
+            _ => (self.times_s[row] - mean_s) / sum_squares.sqrt(),
+        });
+        let noise = NoiseProcess::estimate(&DVector::from_vec(residuals), &lines, &[self.times_s.to_vec()]);
+        let along_slope = DVector::from_vec(vec![0.0, 1.0]);
+        let half_width = noise.half_width(&noise.score_covariances(&lines), &along_slope, 0.0) / sum_squares.sqrt();
         Some(Drift { slope_k_min: 60.0 * slope, half_width_k_min: 60.0 * half_width, noise_k, mean_k })
     }
 }

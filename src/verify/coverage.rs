@@ -3,8 +3,12 @@
 //! The truth is known, as the data come from it: members of a known distribution, functions with known indices,
 //! synthetic readings of known factors. What is counted is what the program prints.
 
+mod bands;
+mod drifts;
 mod estimates;
+mod histories;
 mod members;
+mod sizing;
 mod sobol_indices;
 
 use super::{Group, VerificationRow};
@@ -35,6 +39,10 @@ pub(super) fn coverage_rows() -> Result<Vec<VerificationRow>, MarchError> {
     let mut rows = members::rows();
     rows.extend(sobol_indices::rows());
     rows.extend(estimates::rows()?);
+    rows.extend(histories::rows()?);
+    rows.extend(bands::rows(&estimates::slab())?);
+    rows.extend(sizing::rows()?);
+    rows.extend(drifts::rows());
     Ok(rows)
 }
 

@@ -121,7 +121,7 @@ impl ModelPosterior {
         columns.set_column(0, &readings.response);
 
         let gaps = gaps(readings.traces);
-        let correlations = NoiseCorrelation::coarse_grid(&gaps);
+        let correlations = NoiseCorrelation::history_grid(&gaps);
         let rank = differences.nrows();
         let degrees_of_freedom = (columns.nrows() + rank) as f64 - knots.len() as f64;
         let penalty = |factor: &DMatrix<f64>| {

@@ -24,7 +24,7 @@ impl RequiredThickness {
     }
 
     /// Sort key, m: infinite where the largest allowed thickness does not suffice.
-    pub(in crate::study) fn sort_key_m(self) -> f64 {
+    pub(crate) fn sort_key_m(self) -> f64 {
         match self {
             Self::AtMost(thickness_m) | Self::At(thickness_m) => thickness_m,
             Self::Beyond(_) => f64::INFINITY,
