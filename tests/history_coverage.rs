@@ -265,15 +265,15 @@ fn counted(
     all
 }
 
-/// Check the coverage over histories of which `few` run by default: 95 % of the knots, with three standard errors of
-/// the mean, of which the standard deviation of a history is 0.06; and of integrals, of which each is held or not.
+/// Check the coverage over histories of which `few` run by default: 95 to 98 % of the knots, with three standard errors
+/// of the mean, of which the standard deviation of a history is 0.06; and of integrals, of which each is held or not.
 #[track_caller]
 fn is_covered(quantity: HeatingQuantity, kinds: usize, draw: fn(usize, &mut Uniform) -> History, few: usize) {
     let histories = if runs_all() { 200 } else { few };
     let found = counted(quantity, kinds, draw, histories);
     let error = 0.06 / (histories as f64).sqrt();
     let share = Counted::mean(&found.shares);
-    assert!((0.95 - 3.0 * error..0.995).contains(&share), "{quantity:?}: {share} of the knots");
+    assert!((0.95 - 3.0 * error..0.98 + 3.0 * error).contains(&share), "{quantity:?}: {share} of the knots");
     let integrals = Counted::mean(&found.integrals);
     let error = (0.95 * 0.05 / histories as f64).sqrt();
     assert!(integrals >= 0.95 - 3.0 * error, "{quantity:?}: {integrals} of the integrals");
