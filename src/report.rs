@@ -43,7 +43,9 @@ use crate::march::Backend;
 use crate::study::answers::Answers;
 use crate::study::estimate::{CaseFit, ParameterEstimates};
 use crate::study::nominal::{Misfit, Prediction};
+use files::table::TableDescription;
 use files::{OutputFolder, summary_json, tables};
+use reportable::Reportable;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -110,6 +112,45 @@ fn holder_text(holder: &str) -> &str {
     if holder.is_empty() { "another process" } else { holder }
 }
 
+/// Functions over all kinds of results.
+macro_rules! results {
+    ($($result:ident),* $(,)?) => {
+        impl Answers {
+            /// The results of the run, in the order of their figures and tables.
+            fn results(&self) -> Vec<&dyn Reportable> {
+                let each = [$(self.$result.as_ref().map(|found| found as &dyn Reportable)),*];
+                each.into_iter().flatten().collect()
+            }
+        }
+
+        /// Descriptions of the tables of all results.
+        fn table_descriptions() -> Vec<TableDescription> {
+            fn of<T: Reportable>(_: fn(&Answers) -> &Option<T>) -> Vec<TableDescription> {
+                T::table_descriptions()
+            }
+            [$(of(|answers| &answers.$result)),*].concat()
+        }
+    };
+}
+
+// A new kind of result is registered here. An estimate includes its posterior and the model comparison.
+results!(
+    observation_check,
+    nominal,
+    driver_smoothing,
+    driver_emissivity,
+    precision_reached,
+    uncertainty,
+    depth_profiles,
+    sensitivity,
+    estimated,
+    sizing,
+    trade,
+    flux_inversion,
+    experiment_design,
+    coverage_study,
+);
+
 impl Answers {
     /// Id of the report: the ids of its cases, joined as `lcat-2259+lcat-2330`.
     pub fn id(&self) -> String {
@@ -125,7 +166,7 @@ impl Answers {
 
     /// The march at the nominal factors, of the first study that has one.
     fn nominal_march(&self) -> Option<&Prediction> {
-        reportable::all(self).into_iter().find_map(|answer| answer.nominal())
+        self.results().into_iter().find_map(|answer| answer.nominal())
     }
 
     /// Index of the deepest sensor, which is at the bondline if any sensor is.

@@ -11,6 +11,7 @@ mod sweep;
 mod work;
 
 use bondline::command;
+use bondline::question::Question;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -32,6 +33,7 @@ fn to_toml(content: &Bound<'_, PyAny>) -> PyResult<String> {
 #[pymodule]
 fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("QUESTIONS", PyList::new(module.py(), Question::NAMES)?)?;
     module.add_class::<case::Case>()?;
     module.add_class::<question::Answers>()?;
     module.add_class::<sweep::Merger>()?;
@@ -52,6 +54,7 @@ fn _bondline(module: &Bound<'_, PyModule>) -> PyResult<()> {
         "Answers",
         "Case",
         "Merger",
+        "QUESTIONS",
         "check",
         "log_answers",
         "log_part",

@@ -5,12 +5,14 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from operator import methodcaller
 from pathlib import Path
 from typing import Any
 
 import bondline
 import numpy as np
 import pytest
+from bondline import _bondline
 from conftest import CASES
 
 #: Keys whose values differ from run to run.
@@ -24,17 +26,19 @@ def size(case: bondline.Case) -> tuple[str, str]:
     return str(case._content["layup"]["plies"][-1]["name"]), f"{case.sensors[-1]} < 700 K"
 
 
-#: The question in Python, and the words of the command; those of a sizing depend on the case.
-QUESTIONS: dict[str, tuple[Ask, list[str]]] = {
-    "predict": (lambda case: case.predict(), []),
+#: Questions with options in Python, and the words of the command; those of a sizing depend on the case.
+WITH_OPTIONS: dict[str, tuple[Ask, list[str]]] = {
     "uncertainty": (lambda case: case.uncertainty(n=40, seed=7), ["-n", "40", "--seed", "7"]),
-    "sensitivity": (lambda case: case.sensitivity(), []),
-    "estimate": (lambda case: case.estimate(), []),
-    "observations": (lambda case: case.observations(), []),
     "history": (lambda case: case.history(knots=6), ["--knots", "6"]),
     "study": (lambda case: bondline.study(case, n=40), ["-n", "40"]),
     "size": (lambda case: case.size(*size(case), n=30), ["-n", "30"]),
     "twin": (lambda case: case.coverage(3, noise="2 K"), ["--study", "3", "--noise", "2 K"]),
+}
+#: All but trade studies and designs, which need materials or sensors of a case. Others are asked without options.
+QUESTIONS: dict[str, tuple[Ask, list[str]]] = {
+    name: WITH_OPTIONS.get(name, (methodcaller(name), []))
+    for name in _bondline.QUESTIONS
+    if name not in ("trade", "design")
 }
 NAMES = sorted(path.parent.name for path in CASES.glob("*/case.toml"))
 ALL = [(name, question) for name in NAMES for question in QUESTIONS]

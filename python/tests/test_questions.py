@@ -77,11 +77,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "design": {"members": 4, "sensors": 2},
     "twin": {"study": 2, "noise": "2 K"},
 }
-QUESTIONS = [
-    "predict", "observations", "uncertainty", "sensitivity", "estimate", "study", "size", "trade", "design", "history",
-    "twin",
-]
-ALL = [(name, option) for name in QUESTIONS for option in _bondline.options_of(name, {})]
+ALL = [(name, option) for name in _bondline.QUESTIONS for option in _bondline.options_of(name, {})]
 
 
 def answer(case: bondline.Case, name: str, options: dict[str, Any]) -> dict[str, Any]:
@@ -127,7 +123,7 @@ def test_an_option_changes_the_answer_or_is_refused(
 
 
 def test_an_unknown_option_is_refused_with_those_that_there_are(slab: bondline.Case) -> None:
-    for name in QUESTIONS:
+    for name in _bondline.QUESTIONS:
         with pytest.raises(bondline.OptionError, match="nope: "):
             slab._ask(bondline.Result, name, {"nope": 1}, False)
 

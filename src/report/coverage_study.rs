@@ -5,7 +5,7 @@ mod record;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, wrap};
@@ -35,6 +35,10 @@ impl Reportable for CoverageStudy {
 
     fn sections(&self, _: &Answers) -> Vec<Section> {
         vec![Section::new("coverage", "Coverage", page(self))]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![estimates_table().description()]
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -188,7 +192,7 @@ fn on_screen(outcome: &CoverageStudy) -> Vec<String> {
 /// Data set, factor, true value, and estimate with its interval; none if the fit failed.
 type EstimateRow<'a> = (usize, &'a str, f64, Option<(f64, (f64, f64))>);
 
-pub(super) fn estimates_table<'a>() -> Table<EstimateRow<'a>> {
+fn estimates_table<'a>() -> Table<EstimateRow<'a>> {
     fn of(row: &EstimateRow<'_>, part: fn(f64, (f64, f64)) -> f64) -> f64 {
         row.3.map_or(f64::NAN, |(value, interval)| part(value, interval))
     }

@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::html::table::{paragraph, table};
 use super::reportable::{Reportable, Section};
 use super::{ReportError, format};
@@ -41,6 +41,10 @@ impl Reportable for DepthProfiles {
              most. Depths are those of the layup in the case file.",
             format::count(MAX_MEMBERS)
         )]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![profiles_table().description(), states_table().description()]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -305,7 +309,7 @@ fn page(case: &Case, found: &DepthProfiles) -> String {
 }
 
 /// A depth of a profile.
-pub(super) struct ProfileRow<'a> {
+struct ProfileRow<'a> {
     kind: &'static str,
     time_s: f64,
     depth_m: f64,
@@ -314,7 +318,7 @@ pub(super) struct ProfileRow<'a> {
     percentiles_k: Vec<f64>,
 }
 
-pub(super) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
+fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
     Table::<ProfileRow<'a>>::new(
         &["depth-profiles.csv"],
         "Temperatures through the thickness, one row per profile and depth (depth profiles of a prediction, a \
@@ -361,7 +365,7 @@ fn profiles_file(case: &Case, found: &DepthProfiles) -> Result<NamedFile, Report
 /// Instant and depth of the states, and the ply of the depth.
 type StateRow<'a> = (&'a DepthProfiles, &'a CellStates, usize, usize, &'a str);
 
-pub(super) fn states_table<'a>() -> Table<StateRow<'a>> {
+fn states_table<'a>() -> Table<StateRow<'a>> {
     Table::<StateRow<'a>>::new(
         &["state-profiles.csv"],
         "Density, char fraction and gas pressure through the thickness, one row per instant and cell, at nominal \

@@ -3,14 +3,14 @@
 mod figures;
 mod model_comparison;
 mod page;
-pub(super) mod posterior;
+mod posterior;
 mod record;
 pub(super) mod tables;
 mod warnings;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::NamedFile;
+use super::files::table::{NamedFile, TableDescription};
 use super::format::clause;
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, more, with_needed, wrap};
@@ -128,6 +128,18 @@ impl Reportable for ParameterEstimates {
             text.push(posterior::METHOD.to_owned());
         }
         text
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![
+            tables::residuals_table().description(),
+            tables::iterations_table().description(),
+            tables::landscape_table().description(),
+            tables::profiles_table().description(),
+            posterior::samples_table().description(),
+            posterior::chains_table().description(),
+            posterior::predictive_table().description(),
+        ]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {

@@ -5,7 +5,7 @@ mod record;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table, cell};
+use super::files::table::{NamedFile, Names, Table, TableDescription, cell};
 use super::format::millimetres;
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
@@ -107,6 +107,10 @@ impl Reportable for ExperimentDesign {
              bounds.",
             noise_text(answers, &request.noise)
         )]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![designs_table().description(), information_table().description()]
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -308,7 +312,7 @@ fn page(answers: &Answers, outcome: &ExperimentDesign) -> String {
 /// A design of a scenario.
 type DesignRow<'a> = (&'a Scenario, &'a Design);
 
-pub(super) fn designs_table<'a>() -> Table<DesignRow<'a>> {
+fn designs_table<'a>() -> Table<DesignRow<'a>> {
     Table::<DesignRow<'a>>::new(
         &["designs.csv"],
         "One row per design (`design`): of each exposure and run length the best ones, the best ones with fewer \
@@ -343,7 +347,7 @@ fn designs(outcome: &ExperimentDesign) -> impl Iterator<Item = DesignRow<'_>> {
 /// Depth, place of the depth in the map, and index of the instant.
 type InformationRow<'a> = (&'a ExperimentDesign, f64, usize, usize);
 
-pub(super) fn information_table<'a>() -> Table<InformationRow<'a>> {
+fn information_table<'a>() -> Table<InformationRow<'a>> {
     Table::<InformationRow<'a>>::new(
         &["information.csv"],
         "One row per candidate depth and instant of the best exposure, at nominal factors (`design`).",

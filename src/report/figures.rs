@@ -1,7 +1,6 @@
 //! All figures of a report, and functions that several results share.
 
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use super::reportable;
 use crate::case::{Case, Observation};
 use crate::study::answers::Answers;
 
@@ -10,7 +9,7 @@ pub(super) const CONSTANT_K: f64 = 1e-6;
 
 /// Every figure, with a unique file name, and the anchor of its section.
 pub(super) fn in_sections(answers: &Answers) -> Vec<(&'static str, Figure)> {
-    let each = reportable::all(answers).into_iter();
+    let each = answers.results().into_iter();
     let mut figures: Vec<(&'static str, Figure)> = each.flat_map(|answer| answer.figures(answers)).collect();
     make_ids_unique(&mut figures);
     figures

@@ -6,7 +6,7 @@ mod record;
 use super::estimate::tables::residuals_table;
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
@@ -38,6 +38,10 @@ impl Reportable for FluxInversion {
 
     fn sections(&self, answers: &Answers) -> Vec<Section> {
         vec![Section::new("history", "Heating", page(answers, self))]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![schedule_table().description(), band_table().description()]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -298,7 +302,7 @@ fn on_screen(answers: &Answers, outcome: &FluxInversion) -> Vec<String> {
 }
 
 /// Time and value of the recovered schedule.
-pub(super) fn schedule_table() -> Table<(f64, f64)> {
+fn schedule_table() -> Table<(f64, f64)> {
     Table::<(f64, f64)>::new(
         &["history.csv"],
         "The recovered heating (`history`), a schedule that a case file can read. One of the last three columns \
@@ -313,7 +317,7 @@ pub(super) fn schedule_table() -> Table<(f64, f64)> {
 /// A knot.
 type KnotRow<'a> = (&'a FluxInversion, usize);
 
-pub(super) fn band_table<'a>() -> Table<KnotRow<'a>> {
+fn band_table<'a>() -> Table<KnotRow<'a>> {
     fn interval((outcome, knot): &KnotRow<'_>) -> Vec<f64> {
         let (value, half) = (outcome.values[*knot], outcome.half_widths[*knot]);
         vec![(value - half).max(outcome.least_value), value + half]

@@ -11,7 +11,7 @@ mod sections;
 pub(super) mod table;
 
 use super::figure::Figure;
-use super::{backend_text, chart, findings, format, reportable, warnings};
+use super::{backend_text, chart, findings, format, warnings};
 use crate::case::Case;
 use crate::study::answers::Answers;
 use serde_json::{Value, json};
@@ -90,7 +90,7 @@ fn header(answers: &Answers) -> String {
         backend_text(&answers.backend),
     ];
     facts.extend(answers.seed.map(|seed| format!("seed {seed}")));
-    facts.extend(reportable::all(answers).iter().flat_map(|answer| answer.facts()));
+    facts.extend(answers.results().iter().flat_map(|answer| answer.facts()));
     if let Some(march) = answers.nominal_march() {
         facts.push(format!("{} steps, {} cells", format::count(march.steps), format::count(march.cells)));
         facts.extend(march.error_estimate.as_ref().map(format::discretisation_error));

@@ -5,7 +5,7 @@ mod gas;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::NamedFile;
+use super::files::table::{NamedFile, TableDescription};
 use super::html::table::{paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, shown_sensors, wrap};
@@ -44,6 +44,10 @@ impl Reportable for Prediction {
             // These charts have no table: the caption, which has the numbers, comes first.
             Section { captions_above: true, ..Section::new("gas", gas, String::new()) },
         ]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![margins::parts_table().description()]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {

@@ -6,7 +6,7 @@ use super::braille::{self, Curve};
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::figures::{line, temperature_axis};
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::{Column, aligned, head, more, with_needed, wrap};
@@ -54,6 +54,10 @@ impl Reportable for ObservationCheck {
              drift allows for residuals correlated from sample to sample. Flags change no sample."
                 .to_owned(),
         ]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![channels_table().description(), flags_table().description()]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -331,7 +335,7 @@ fn page(answers: &Answers, outcome: &ObservationCheck) -> String {
 /// Name of the sensor, and its channel.
 type ChannelRow<'a> = (&'a str, &'a Channel);
 
-pub(super) fn channels_table<'a>() -> Table<ChannelRow<'a>> {
+fn channels_table<'a>() -> Table<ChannelRow<'a>> {
     fn drift((_, channel): &ChannelRow<'_>, value: fn(&Drift) -> f64) -> f64 {
         channel.drift.as_ref().map_or(f64::NAN, value)
     }
@@ -372,7 +376,7 @@ pub(super) fn channels_table<'a>() -> Table<ChannelRow<'a>> {
 /// The kinds of flags, in their order.
 const FLAGS: &str = "{gap,spike,stuck,open,noisy,drift}";
 
-pub(super) fn flags_table<'a>() -> Table<(&'a str, &'a Flag)> {
+fn flags_table<'a>() -> Table<(&'a str, &'a Flag)> {
     Table::<(&'a str, &'a Flag)>::new(&["flags.csv"], "One row per flag (`observations`).")
         .text("sensor", "Sensor.", |row| row.0.to_owned())
         .text("flag", "Kind, as the last columns of `observations.csv`.", |row| row.1.kind.name().to_owned())

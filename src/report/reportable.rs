@@ -1,13 +1,13 @@
-//! The interface between the results of a study and its report, and the list of all results.
+//! The interface between the results of a study and its report.
 
 use super::ReportError;
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::NamedFile;
+use super::files::table::{NamedFile, TableDescription};
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
 
-/// A result as the report shows it. Page, files and screen iterate over [`all`] results and name none.
+/// A result as the report shows it. Page, files and screen iterate over all results of the answers and name none.
 ///
 /// `answers` holds all results of the run, this one among them.
 pub(super) trait Reportable {
@@ -66,6 +66,14 @@ pub(super) trait Reportable {
         Vec::new()
     }
 
+    /// Descriptions of the tables of such a result, whether or not a report has them.
+    fn table_descriptions() -> Vec<TableDescription>
+    where
+        Self: Sized,
+    {
+        Vec::new()
+    }
+
     /// Tables of the result.
     ///
     /// # Errors
@@ -93,34 +101,9 @@ pub(super) trait Reportable {
     }
 }
 
-/// All results of the run, in the order of their figures and tables. A new kind of result is registered here.
-pub(super) fn all(answers: &Answers) -> Vec<&dyn Reportable> {
-    fn shown<T: Reportable>(answer: &Option<T>) -> Option<&dyn Reportable> {
-        answer.as_ref().map(|answer| answer as &dyn Reportable)
-    }
-    let each = [
-        shown(&answers.observation_check),
-        shown(&answers.nominal),
-        shown(&answers.driver_smoothing),
-        shown(&answers.driver_emissivity),
-        shown(&answers.precision_reached),
-        shown(&answers.uncertainty),
-        shown(&answers.depth_profiles),
-        shown(&answers.sensitivity),
-        // Includes the posterior and the model comparison.
-        shown(&answers.estimated),
-        shown(&answers.sizing),
-        shown(&answers.trade),
-        shown(&answers.flux_inversion),
-        shown(&answers.experiment_design),
-        shown(&answers.coverage_study),
-    ];
-    each.into_iter().flatten().collect()
-}
-
 /// All results in the order of page and screen.
 pub(super) fn in_reading_order(answers: &Answers) -> Vec<&dyn Reportable> {
-    let mut each = all(answers);
+    let mut each = answers.results();
     each.sort_by_key(|answer| !answer.comes_first());
     each
 }

@@ -6,7 +6,7 @@ mod subset_selection;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::format::clause;
 use super::html::table::{list, paragraph, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
@@ -55,6 +55,10 @@ impl Reportable for Sensitivity {
              errors are those of linear least squares (Beck & Arnold, Parameter Estimation in Engineering and Science, \
              1977).",
         )]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![sensitivities_table().description()]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -158,7 +162,7 @@ fn table_on_screen(answers: &Answers, outcome: &Sensitivity, room: &ScreenLimits
 /// Name of the sensor, time, and change per 1 % of every factor.
 type SensitivityRow<'a> = (&'a str, f64, Vec<f64>);
 
-pub(super) fn sensitivities_table<'a>() -> Table<SensitivityRow<'a>> {
+fn sensitivities_table<'a>() -> Table<SensitivityRow<'a>> {
     Table::<SensitivityRow<'a>>::new(
         &["sensitivities.csv"],
         "Derivatives of the temperatures, one row per sensor and instant (`sensitivity`, `study`).",

@@ -3,7 +3,7 @@
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::figures::line;
 use super::files::json::{JsonObject, OrderedMap};
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
@@ -17,7 +17,7 @@ use crate::study::sequential_sampling::{
 use crate::study::uncertainty::MembersError;
 use serde::Serialize;
 
-pub(super) fn looks_table<'a>() -> Table<&'a Look> {
+fn looks_table<'a>() -> Table<&'a Look> {
     Table::<&'a Look>::new(
         &["looks.csv"],
         "One row per look at the interval of the percentile or probability for which members are drawn. Ends of the \
@@ -111,6 +111,10 @@ impl Reportable for PrecisionReached {
             (None, false) => "The interval of a probability is that of Clopper and Pearson.",
         };
         vec![sequential, interval.to_owned()]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![looks_table().description()]
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {

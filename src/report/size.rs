@@ -5,7 +5,7 @@ mod record;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::format::{millimetres, percent_near_limits};
 use super::html::table::{list, table};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
@@ -48,6 +48,10 @@ impl Reportable for Sizing {
 
     fn sections(&self, answers: &Answers) -> Vec<Section> {
         vec![Section::new("size", "Thickness", page(answers, self))]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![peaks_table().description(), members_table().description()]
     }
 
     fn tables(&self, _: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -370,7 +374,7 @@ fn on_screen(answers: &Answers, outcome: &Sizing) -> Vec<String> {
 /// A thickness that was marched.
 type ThicknessRow<'a> = (&'a Sizing, &'a PeakCurvePoint);
 
-pub(super) fn peaks_table<'a>() -> Table<ThicknessRow<'a>> {
+fn peaks_table<'a>() -> Table<ThicknessRow<'a>> {
     Table::<ThicknessRow<'a>>::new(&["sizing.csv"], "One row per thickness that was marched (`size`).")
         .number("thickness_m", "m", "Thickness of the ply.", |row| row.1.thickness_m)
         .number("nominal_k", "K", "Peak temperature at nominal factors.", |row| row.1.nominal.temperature_k)
@@ -385,7 +389,7 @@ pub(super) fn peaks_table<'a>() -> Table<ThicknessRow<'a>> {
 /// A member: its place by thickness, and the thickness.
 type MemberRow<'a> = (&'a Sizing, usize, f64);
 
-pub(super) fn members_table<'a>() -> Table<MemberRow<'a>> {
+fn members_table<'a>() -> Table<MemberRow<'a>> {
     Table::<MemberRow<'a>>::new(&["required-thickness.csv"], "One row per member (`size`), in ascending order.")
         .number("thickness_m", "m", "Thickness that the member requires.", |row| row.2)
         .number("cumulative_share", "–", "Share of the members that require no more.", |row| {

@@ -2,11 +2,11 @@
 
 mod figures;
 mod record;
-pub(super) mod tables;
+mod tables;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::NamedFile;
+use super::files::table::{NamedFile, TableDescription};
 use super::format::{millimetres, percent, percent_near_limits};
 use super::reportable::{Finding, Reportable, ScreenLimits, Section};
 use super::terminal::wrap;
@@ -73,6 +73,14 @@ impl Reportable for Trade {
             limit_text(answers, self),
             percent_near_limits(self.request.requirement.probability)
         )]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![
+            tables::layups_table().description(),
+            tables::masses_table().description(),
+            tables::changes_table().description(),
+        ]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {

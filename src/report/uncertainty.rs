@@ -6,7 +6,7 @@ mod sensitivity_indices;
 
 use super::figure::Figure;
 use super::files::json::JsonObject;
-use super::files::table::{NamedFile, Names, Table};
+use super::files::table::{NamedFile, Names, Table, TableDescription};
 use super::html::table::{paragraph, table};
 use super::observations::misfit_text;
 use super::reportable::{Finding, MemberCounts, Reportable, ScreenLimits, Section};
@@ -82,6 +82,10 @@ impl Reportable for Uncertainty {
              factors on the ranks.",
             self.bounds.name()
         )]
+    }
+
+    fn table_descriptions() -> Vec<TableDescription> {
+        vec![percentiles_table().description(), shares_table().description(), second_order_table().description()]
     }
 
     fn tables(&self, answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
@@ -325,7 +329,7 @@ fn instants<'a>(case: &'a Case, outcome: &'a Uncertainty) -> impl Iterator<Item 
     })
 }
 
-pub(super) fn percentiles_table<'a>() -> Table<InstantRow<'a>> {
+fn percentiles_table<'a>() -> Table<InstantRow<'a>> {
     Table::<InstantRow<'a>>::new(
         &["percentiles.csv"],
         "One row per sensor and instant (`uncertainty`, `study`, `merge`): statistics over the members.",
@@ -346,7 +350,7 @@ pub(super) fn percentiles_table<'a>() -> Table<InstantRow<'a>> {
     )
 }
 
-pub(super) fn shares_table<'a>() -> Table<InstantRow<'a>> {
+fn shares_table<'a>() -> Table<InstantRow<'a>> {
     fn of<'r>(row: &InstantRow<'r>) -> &'r SensitivityIndices {
         &row.1.indices[row.3]
     }
@@ -389,7 +393,7 @@ pub(super) fn shares_table<'a>() -> Table<InstantRow<'a>> {
 /// A pair of factors at the peak of a sensor.
 type PairRow<'a> = (&'a str, &'static str, [&'a str; 2], ConfidenceInterval);
 
-pub(super) fn second_order_table<'a>() -> Table<PairRow<'a>> {
+fn second_order_table<'a>() -> Table<PairRow<'a>> {
     Table::<PairRow<'a>>::new(
         &["second-order.csv"],
         "Interactions of pairs of factors, one row per sensor, quantity and pair (`uncertainty`, `study`, `merge`; not \

@@ -1,6 +1,6 @@
 //! Warnings about a result.
 
-use super::{format, reportable};
+use super::format;
 use crate::case::{CappedEmissivity, Case, Material};
 use crate::study::answers::Answers;
 use crate::study::nominal::{ErrorEstimate, Prediction};
@@ -9,7 +9,7 @@ use crate::traces::{Balance, MemberStatus};
 
 /// All warnings: those of every result, then temperatures beyond property tables.
 pub(super) fn all(answers: &Answers) -> Vec<String> {
-    let each = reportable::all(answers);
+    let each = answers.results();
     let mut warnings: Vec<String> = each.iter().flat_map(|answer| answer.warnings(answers)).collect();
     let marches: Vec<&Prediction> =
         answers.nominal_march().into_iter().chain(each.iter().find_map(|answer| answer.fitted())).collect();

@@ -27,8 +27,7 @@ use crate::question::QuestionRecord;
 #[non_exhaustive]
 #[derive(serde::Serialize)]
 pub struct Answers {
-    /// `predict`, `observations`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `trade`, `history`,
-    /// `twin`, `design`, `merge`.
+    /// The name of the question, or `merge`.
     pub question: &'static str,
     /// The case, with the options of the question in place of its own settings.
     pub case: Case,

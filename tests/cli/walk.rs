@@ -8,7 +8,7 @@ use super::{CASE, command, wait_for};
 use crate::support::{Scratch, files, runs_all, text};
 use bondline::command::args::Cli;
 use rayon::prelude::*;
-use rows::{Evidence, LINES, ROWS, Row};
+use rows::{COMMANDS, Evidence, ROWS, Row, WalkedCommand};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -40,145 +40,6 @@ const SAME_VALUES: &[(&str, [&str; 2], &str)] = &[("backend", ["auto", "cpu"], "
 
 /// Pairs of options of which one has no effect beside the other and is not refused, with the reason.
 const IDLE_PAIRS: &[(&str, &str, &str)] = &[];
-
-/// The files that the commands write without options; `*` is a part of a name without strokes. Those of a report lie in
-/// its folder, with the page and the summary.
-const WRITTEN: &[(&str, &[&str])] = &[
-    ("init", &["new/case.toml"]),
-    ("observations", &["figures/observations.svg", "flags.csv", "observations.csv"]),
-    ("predict", &["figures/hot-face.svg", "figures/nominal.svg", "traces.csv"]),
-    (
-        "uncertainty",
-        &[
-            "figures/hot-face.svg",
-            "figures/indices-*.svg",
-            "figures/nominal.svg",
-            "figures/peaks.svg",
-            "figures/shares-*.svg",
-            "figures/spread-*.svg",
-            "percentiles.csv",
-            "shares.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "merge",
-        &[
-            "figures/hot-face.svg",
-            "figures/indices-*.svg",
-            "figures/nominal.svg",
-            "figures/peaks.svg",
-            "figures/shares-*.svg",
-            "figures/spread-*.svg",
-            "percentiles.csv",
-            "shares.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "sensitivity",
-        &[
-            "figures/alignment.svg",
-            "figures/hot-face.svg",
-            "figures/nominal.svg",
-            "figures/sensitivity-*.svg",
-            "sensitivities.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "estimate",
-        &[
-            "figures/fit-*.svg",
-            "figures/objective.svg",
-            "figures/residuals.svg",
-            "iterations.csv",
-            "residuals.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "study",
-        &[
-            "figures/alignment.svg",
-            "figures/fit-*.svg",
-            "figures/hot-face.svg",
-            "figures/nominal.svg",
-            "figures/objective.svg",
-            "figures/peaks.svg",
-            "figures/residuals.svg",
-            "figures/sensitivity-*.svg",
-            "figures/shares-*.svg",
-            "figures/spread-*.svg",
-            "iterations.csv",
-            "percentiles.csv",
-            "residuals.csv",
-            "sensitivities.csv",
-            "shares.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "size",
-        &[
-            "figures/hot-face.svg",
-            "figures/nominal.svg",
-            "figures/size-*.svg",
-            "required-thickness.csv",
-            "sizing.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "trade",
-        &[
-            "figures/hot-face.svg",
-            "figures/nominal.svg",
-            "figures/trade-*.svg",
-            "layups.csv",
-            "masses.csv",
-            "rank-changes.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "design",
-        &[
-            "design.toml",
-            "designs.csv",
-            "figures/design-*.svg",
-            "figures/hot-face.svg",
-            "figures/nominal.svg",
-            "information.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "history",
-        &[
-            "figures/history-*.svg",
-            "figures/hot-face.svg",
-            "figures/nominal.svg",
-            "history-*.csv",
-            "history.csv",
-            "traces.csv",
-        ],
-    ),
-    (
-        "twin",
-        &[
-            "coverage.csv",
-            "figures/coverage.svg",
-            "figures/estimates-*.svg",
-            "figures/hot-face.svg",
-            "figures/nominal.svg",
-            "traces.csv",
-        ],
-    ),
-    ("materials import table", &["made.toml"]),
-    ("materials import pato", &["made.toml"]),
-    ("man", &["pages/bondline*.1"]),
-];
 
 /// Largest file of a full disk, KiB: locks are smaller, all files of a report are larger. Material files are small.
 const FULL_KIB: usize = 1;
@@ -346,8 +207,8 @@ fn evidence(command: &str, option: &str) -> Vec<&'static Row> {
 }
 
 fn line_of(command: &str) -> &'static str {
-    let found = LINES.iter().find(|(known, _)| *known == command);
-    found.unwrap_or_else(|| panic!("{command} has no line in rows.rs")).1
+    let found = COMMANDS.iter().find(|known| known.name == command);
+    found.unwrap_or_else(|| panic!("{command} has no line in rows.rs")).line
 }
 
 /// A path of a file of the user, or none, and a line.
@@ -446,7 +307,7 @@ fn every_option_of_every_command_has_an_effect_or_is_refused_with_the_reason() {
     }
     assert!(wrong.is_empty(), "{} options:\n{}", wrong.len(), wrong.join("\n"));
     // Two runs of one line do not differ, so that a difference is that of the option.
-    let again = run_anew(LINES.iter().map(|(_, line)| (String::new(), (*line).to_owned())).collect());
+    let again = run_anew(COMMANDS.iter().map(|command| (String::new(), command.line.to_owned())).collect());
     for (line, again) in again {
         if let Some(seen) = seen.get(&line) {
             assert_eq!(seen, &again, "{} {}", line.0, line.1);
@@ -553,13 +414,12 @@ fn matches(pattern: &str, path: &str) -> bool {
 #[test]
 fn a_command_writes_the_files_of_the_table_and_no_others() {
     let described = described();
-    let lines = LINES.iter().filter(|(command, _)| *command != "verify");
-    let seen = run_all(lines.clone().map(|(_, line)| (String::new(), (*line).to_owned())).collect());
+    let walked = || COMMANDS.iter().filter(|command| command.name != "verify");
+    let seen = run_all(walked().map(|command| (String::new(), command.line.to_owned())).collect());
     let mut wrong: Vec<String> =
-        described.keys().filter(|command| LINES.iter().all(|(known, _)| known != *command)).cloned().collect();
-    for (command, line) in lines {
+        described.keys().filter(|command| COMMANDS.iter().all(|known| known.name != *command)).cloned().collect();
+    for WalkedCommand { name: command, line, writes: known } in walked() {
         let files = &seen[&(String::new(), (*line).to_owned())].files;
-        let known = WRITTEN.iter().find(|(of, _)| of == command).map_or(&[][..], |(_, patterns)| patterns);
         let is_report = known.contains(&"traces.csv") || known.contains(&"flags.csv");
         let known: Vec<String> = match is_report {
             true => known
@@ -582,7 +442,8 @@ fn a_command_writes_the_files_of_the_table_and_no_others() {
 
 #[test]
 fn no_command_overwrites_a_file_of_the_user_without_force() {
-    let lines: Vec<&str> = LINES.iter().map(|(_, line)| *line).filter(|line| !line.starts_with("verify")).collect();
+    let lines: Vec<&str> =
+        COMMANDS.iter().map(|command| command.line).filter(|line| !line.starts_with("verify")).collect();
     let seen = run_all(lines.iter().map(|line| (String::new(), (*line).to_owned())).collect());
     let check = |(index, line): (usize, &str)| {
         let place = Place::new(&format!("walk-own-{index}"));
@@ -614,7 +475,7 @@ fn no_command_overwrites_a_file_of_the_user_without_force() {
 fn a_command_whose_files_do_not_fit_fails_and_leaves_the_earlier_ones_as_they_are() {
     let commands = described();
     let has_force = |command: &str| commands[command].iter().any(|argument| name(argument) == "force");
-    let check = |(index, (command, line)): (usize, &(&str, &str))| {
+    let check = |(index, WalkedCommand { name: command, line, .. }): (usize, &WalkedCommand)| {
         let place = Place::new(&format!("walk-full-{index}"));
         place.run(line);
         let bytes = |place: &Place| -> BTreeMap<_, _> {
@@ -640,8 +501,8 @@ fn a_command_whose_files_do_not_fit_fails_and_leaves_the_earlier_ones_as_they_ar
         (writes && !(is_failed && is_same))
             .then(|| format!("{line}: unchanged {is_same}, exit code {}: {}", ran.code, ran.stderr))
     };
-    let lines: Vec<(usize, &(&str, &str))> =
-        LINES.iter().enumerate().filter(|(_, (command, _))| *command != "verify").collect();
-    let wrong: Vec<String> = lines.into_par_iter().filter_map(check).collect();
+    let walked: Vec<(usize, &WalkedCommand)> =
+        COMMANDS.iter().enumerate().filter(|(_, command)| command.name != "verify").collect();
+    let wrong: Vec<String> = walked.into_par_iter().filter_map(check).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+QUESTIONS: list[str]
 
 class BondlineError(Exception): ...
 class CaseError(BondlineError): ...

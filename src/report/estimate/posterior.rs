@@ -207,7 +207,7 @@ pub(super) fn tables(
     Ok(tables)
 }
 
-pub(in crate::report) fn samples_table<'a>() -> Table<&'a [f64]> {
+pub(super) fn samples_table<'a>() -> Table<&'a [f64]> {
     Table::<&'a [f64]>::new(&["posterior.csv"], "One row per posterior sample.").numbers(
         "<factor>",
         "–",
@@ -219,7 +219,7 @@ pub(in crate::report) fn samples_table<'a>() -> Table<&'a [f64]> {
 /// Index of a walker, iteration, and the values.
 type ChainRow = (usize, usize, Vec<f64>);
 
-pub(in crate::report) fn chains_table() -> Table<ChainRow> {
+pub(super) fn chains_table() -> Table<ChainRow> {
     Table::<ChainRow>::new(
         &["chains.csv"],
         "Markov chains of a posterior, one row per walker and iteration: at most 8 walkers and 500 iterations \
@@ -241,7 +241,7 @@ fn chain_rows(outcome: &Posterior) -> impl Iterator<Item = ChainRow> {
 /// Sensor, its bands, time and index of the instant.
 type PredictiveRow<'a> = (&'a str, &'a SensorPredictive, f64, usize);
 
-pub(in crate::report) fn predictive_table<'a>() -> Table<PredictiveRow<'a>> {
+pub(super) fn predictive_table<'a>() -> Table<PredictiveRow<'a>> {
     fn at(band: &PredictiveBand, instant: usize) -> Vec<f64> {
         vec![band.low_k[instant], band.median_k[instant], band.high_k[instant]]
     }

@@ -52,7 +52,7 @@ fn residuals<'a>(case: &'a Case, fitted: &'a CaseFit) -> impl Iterator<Item = Re
     })
 }
 
-pub(in crate::report) fn iterations_table<'a>() -> Table<(usize, &'a Iteration)> {
+pub(super) fn iterations_table<'a>() -> Table<(usize, &'a Iteration)> {
     Table::<(usize, &'a Iteration)>::new(
         &["iterations.csv"],
         "Path of an estimate, one row per iteration (`estimate`, `study`).",
@@ -66,7 +66,7 @@ pub(in crate::report) fn iterations_table<'a>() -> Table<(usize, &'a Iteration)>
 /// The profiled factor, a point of its profile, and the rise of the objective.
 type ProfileRow<'a> = (&'a str, &'a [f64], f64);
 
-pub(in crate::report) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
+pub(super) fn profiles_table<'a>() -> Table<ProfileRow<'a>> {
     Table::<ProfileRow<'a>>::new(&["profiles.csv"], "One row per point of a profile likelihood.")
         .text("profiled_factor", "The factor that is held at its value in this row.", |row| row.0.to_owned())
         .numbers("<factor>", "–", "Value of the factor; all but the profiled one are optimised.", |row| {
@@ -86,7 +86,7 @@ fn profiles(outcome: &ParameterEstimates) -> impl Iterator<Item = ProfileRow<'_>
 /// Line and node of the map.
 type NodeRow<'a> = (&'a Landscape, usize, usize);
 
-pub(in crate::report) fn landscape_table<'a>() -> Table<NodeRow<'a>> {
+pub(super) fn landscape_table<'a>() -> Table<NodeRow<'a>> {
     Table::<NodeRow<'a>>::new(
         &["landscape.csv"],
         "The objective over two factors, where two are estimated (`estimate`, `study`).",

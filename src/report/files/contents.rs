@@ -1,10 +1,7 @@
 //! Descriptions of the files of a report: the list on its page, and the tables of `docs/reference/outputs.md`.
 
 use super::table::{ColumnDescription, TableDescription};
-use crate::report::{
-    coverage_study, depth_profiles, estimate, experiment_design, history, margins, observation_check, sensitivity,
-    sequential_sampling, size, trade, uncertainty,
-};
+use crate::report::table_descriptions;
 
 /// Files that are no tables, with their meanings; Markdown.
 const OTHERS: [(&str, &str); 4] = [
@@ -16,39 +13,10 @@ const OTHERS: [(&str, &str); 4] = [
 
 /// Every table that a command writes.
 fn tables() -> Vec<TableDescription> {
-    vec![
-        super::tables::traces_table().description(),
-        margins::parts_table().description(),
-        uncertainty::percentiles_table().description(),
-        depth_profiles::profiles_table().description(),
-        depth_profiles::states_table().description(),
-        uncertainty::shares_table().description(),
-        uncertainty::second_order_table().description(),
-        members(),
-        member_traces(),
-        sensitivity::sensitivities_table().description(),
-        estimate::tables::residuals_table().description(),
-        estimate::tables::iterations_table().description(),
-        estimate::tables::landscape_table().description(),
-        estimate::tables::profiles_table().description(),
-        estimate::posterior::samples_table().description(),
-        estimate::posterior::chains_table().description(),
-        estimate::posterior::predictive_table().description(),
-        sequential_sampling::looks_table().description(),
-        experiment_design::designs_table().description(),
-        experiment_design::information_table().description(),
-        trade::tables::layups_table().description(),
-        trade::tables::masses_table().description(),
-        trade::tables::changes_table().description(),
-        size::peaks_table().description(),
-        size::members_table().description(),
-        observation_check::channels_table().description(),
-        observation_check::flags_table().description(),
-        history::schedule_table().description(),
-        history::band_table().description(),
-        coverage_study::estimates_table().description(),
-        measured(),
-    ]
+    let mut tables = vec![super::tables::traces_table().description()];
+    tables.extend(table_descriptions());
+    tables.extend([members(), member_traces(), measured()]);
+    tables
 }
 
 fn column(name: &'static str, unit: &'static str, meaning: &'static str) -> ColumnDescription {

@@ -3,7 +3,7 @@
 use super::json::{JsonObject, OrderedMap};
 use crate::case::{Case, Observation};
 use crate::kept_work::checksum::Checksum;
-use crate::report::reportable::{self, MemberCounts};
+use crate::report::reportable::MemberCounts;
 use crate::report::{ReportError, observations};
 use crate::study::answers::Answers;
 use crate::study::nominal::{ErrorEstimate, GaugeTrace, Peak};
@@ -141,7 +141,7 @@ pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[Stri
             mass: readings.map(|outcome| outcome.balance.mass_residual()),
         };
         record.put("balance", &balance)?;
-        for answer in reportable::all(answers) {
+        for answer in answers.results() {
             answer.write_summary(answers, record)?;
         }
         record.put("provenance", &answers.run)?;
@@ -161,7 +161,7 @@ fn with_checksum(text: &str) -> String {
 
 /// Numbers of sampled members; without any, the nominal march counts as one.
 fn members(answers: &Answers) -> MembersRecord {
-    let drawn = reportable::all(answers).into_iter().find_map(|answer| answer.members());
+    let drawn = answers.results().into_iter().find_map(|answer| answer.members());
     let one = answers.nominal_march().map(|march| {
         let completed = usize::from(march.status == MemberStatus::Completed);
         MemberCounts { requested: 1, completed, failed: 1 - completed }

@@ -2,7 +2,7 @@
 
 use super::table::{NamedFile, Names, Table};
 use crate::case::Case;
-use crate::report::{ReportError, reportable};
+use crate::report::ReportError;
 use crate::study::answers::Answers;
 use crate::study::nominal::Prediction;
 use crate::traces::Gauge;
@@ -13,7 +13,7 @@ use crate::traces::Gauge;
 /// When a row cannot be written.
 pub(in crate::report) fn all(answers: &Answers) -> Result<Vec<NamedFile>, ReportError> {
     let mut tables = Vec::new();
-    let each = reportable::all(answers);
+    let each = answers.results();
     if let Some(nominal) = answers.nominal_march() {
         let fitted = each.iter().find_map(|answer| answer.fitted());
         tables.push(traces_file("traces.csv", &answers.case, nominal, fitted)?);

@@ -3,7 +3,7 @@
 use super::table::{list, paragraph, table};
 use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasFlowModel, Material, OpenFace, Schedule, Side};
 use crate::case::{Provenance, Pyrometer, SourceKind, Spectrum};
-use crate::report::{format, observations, reportable};
+use crate::report::{format, observations};
 use crate::study::answers::Answers;
 
 /// Layup, sensors, observations, materials, exposure and factors.
@@ -334,7 +334,7 @@ pub(super) fn methods(answers: &Answers) -> String {
          contact conductance between plies, and the boundary conditions listed under Exposure. A factor multiplies the \
          property or exposure that it names.",
     );
-    for text in reportable::all(answers).iter().flat_map(|answer| answer.methods(answers)) {
+    for text in answers.results().iter().flat_map(|answer| answer.methods(answers)) {
         out += &paragraph(&text);
     }
     out + &paragraph(

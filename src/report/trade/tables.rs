@@ -194,7 +194,7 @@ pub(super) fn files(answers: &Answers, outcome: &Trade) -> Result<Vec<NamedFile>
 
 type LayupRow<'a> = (&'a Answers, &'a Trade, &'a SizedLayup);
 
-pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
+pub(super) fn layups_table<'a>() -> Table<LayupRow<'a>> {
     fn rank((.., layup): &LayupRow<'_>, value: fn(Rank) -> f64) -> f64 {
         layup.rank.map_or(f64::NAN, value)
     }
@@ -245,7 +245,7 @@ pub(in crate::report) fn layups_table<'a>() -> Table<LayupRow<'a>> {
 /// Materials, probability and mass.
 type MassRow = (String, f64, f64);
 
-pub(in crate::report) fn masses_table() -> Table<MassRow> {
+pub(super) fn masses_table() -> Table<MassRow> {
     Table::<MassRow>::new(&["masses.csv"], "Mass of each layup over the probability that the limit holds (`trade`).")
         .text("layup", "Ids of the materials of the choices.", |row| row.0.clone())
         .number("probability", "–", "Share of the members below the limit.", |row| row.1)
@@ -265,7 +265,7 @@ fn masses(outcome: &Trade) -> Vec<MassRow> {
 
 type ChangeRow<'a> = (&'a Trade, &'a RankChange);
 
-pub(in crate::report) fn changes_table<'a>() -> Table<ChangeRow<'a>> {
+pub(super) fn changes_table<'a>() -> Table<ChangeRow<'a>> {
     Table::<ChangeRow<'a>>::new(
         &["rank-changes.csv"],
         "How far a property would have to change for another layup to come first (`trade`), the fewest standard \

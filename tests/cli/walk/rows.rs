@@ -42,35 +42,177 @@ const fn refused(command: &'static str, option: &'static str, change: &'static s
     row(command, option, "", change, Evidence::Refused(reason))
 }
 
-/// The line of each command, which the rows begin with.
-pub(super) const LINES: &[(&str, &str)] = &[
-    ("init", "init new"),
-    ("observations", "observations c"),
-    ("predict", "predict c"),
-    ("uncertainty", "uncertainty c -n 20"),
-    ("merge", "merge p/c-0-10.json p/c-10-20.json"),
-    ("repeat", "repeat p/r"),
-    ("sensitivity", "sensitivity c"),
-    ("estimate", "estimate c"),
-    ("study", "study c -n 8"),
-    ("size", "size c --ply BASE --limit TC2<600K --probability 0.8 -n 20"),
-    ("trade", "trade c --ply BASE=pyrogel3350,saffil-96 --size BASE --limit TC2<700K --probability 0.8 -n 20"),
-    ("design", "design c --estimate f_k --sensors 1 -n 10"),
-    ("history", "history c --knots 1"),
-    ("twin", "twin c --study 2"),
-    ("devices", "devices"),
-    ("materials list", "materials list"),
-    ("materials show", "materials show akk"),
-    ("materials check", "materials check felt.toml"),
-    (
+/// A command of the walk.
+pub(super) struct WalkedCommand {
+    pub(super) name: &'static str,
+    /// The line that rows begin with.
+    pub(super) line: &'static str,
+    /// The files that the line writes; `*` is a part of a name without strokes. Those of a report lie in its folder,
+    /// with the page and the summary.
+    pub(super) writes: &'static [&'static str],
+}
+
+const fn command(name: &'static str, line: &'static str, writes: &'static [&'static str]) -> WalkedCommand {
+    WalkedCommand { name, line, writes }
+}
+
+pub(super) const COMMANDS: &[WalkedCommand] = &[
+    command("init", "init new", &["new/case.toml"]),
+    command("observations", "observations c", &["figures/observations.svg", "flags.csv", "observations.csv"]),
+    command("predict", "predict c", &["figures/hot-face.svg", "figures/nominal.svg", "traces.csv"]),
+    command(
+        "uncertainty",
+        "uncertainty c -n 20",
+        &[
+            "figures/hot-face.svg",
+            "figures/indices-*.svg",
+            "figures/nominal.svg",
+            "figures/peaks.svg",
+            "figures/shares-*.svg",
+            "figures/spread-*.svg",
+            "percentiles.csv",
+            "shares.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "merge",
+        "merge p/c-0-10.json p/c-10-20.json",
+        &[
+            "figures/hot-face.svg",
+            "figures/indices-*.svg",
+            "figures/nominal.svg",
+            "figures/peaks.svg",
+            "figures/shares-*.svg",
+            "figures/spread-*.svg",
+            "percentiles.csv",
+            "shares.csv",
+            "traces.csv",
+        ],
+    ),
+    command("repeat", "repeat p/r", &[]),
+    command(
+        "sensitivity",
+        "sensitivity c",
+        &[
+            "figures/alignment.svg",
+            "figures/hot-face.svg",
+            "figures/nominal.svg",
+            "figures/sensitivity-*.svg",
+            "sensitivities.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "estimate",
+        "estimate c",
+        &[
+            "figures/fit-*.svg",
+            "figures/objective.svg",
+            "figures/residuals.svg",
+            "iterations.csv",
+            "residuals.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "study",
+        "study c -n 8",
+        &[
+            "figures/alignment.svg",
+            "figures/fit-*.svg",
+            "figures/hot-face.svg",
+            "figures/nominal.svg",
+            "figures/objective.svg",
+            "figures/peaks.svg",
+            "figures/residuals.svg",
+            "figures/sensitivity-*.svg",
+            "figures/shares-*.svg",
+            "figures/spread-*.svg",
+            "iterations.csv",
+            "percentiles.csv",
+            "residuals.csv",
+            "sensitivities.csv",
+            "shares.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "size",
+        "size c --ply BASE --limit TC2<600K --probability 0.8 -n 20",
+        &[
+            "figures/hot-face.svg",
+            "figures/nominal.svg",
+            "figures/size-*.svg",
+            "required-thickness.csv",
+            "sizing.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "trade",
+        "trade c --ply BASE=pyrogel3350,saffil-96 --size BASE --limit TC2<700K --probability 0.8 -n 20",
+        &[
+            "figures/hot-face.svg",
+            "figures/nominal.svg",
+            "figures/trade-*.svg",
+            "layups.csv",
+            "masses.csv",
+            "rank-changes.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "design",
+        "design c --estimate f_k --sensors 1 -n 10",
+        &[
+            "design.toml",
+            "designs.csv",
+            "figures/design-*.svg",
+            "figures/hot-face.svg",
+            "figures/nominal.svg",
+            "information.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "history",
+        "history c --knots 1",
+        &[
+            "figures/history-*.svg",
+            "figures/hot-face.svg",
+            "figures/nominal.svg",
+            "history-*.csv",
+            "history.csv",
+            "traces.csv",
+        ],
+    ),
+    command(
+        "twin",
+        "twin c --study 2",
+        &[
+            "coverage.csv",
+            "figures/coverage.svg",
+            "figures/estimates-*.svg",
+            "figures/hot-face.svg",
+            "figures/nominal.svg",
+            "traces.csv",
+        ],
+    ),
+    command("devices", "devices", &[]),
+    command("materials list", "materials list", &[]),
+    command("materials show", "materials show akk", &[]),
+    command("materials check", "materials check felt.toml", &[]),
+    command(
         "materials import table",
         "materials import table felt.csv --name Felt --temperature T --density 120 --conductivity k --heat-capacity cp \
          --emissivity 0.85 --unit cp=J/kg/K --out made.toml",
+        &["made.toml"],
     ),
-    ("materials import pato", "materials import pato resin --name Resin --out made.toml"),
-    ("verify", "verify --group fit"),
-    ("completions", "completions bash"),
-    ("man", "man pages"),
+    command("materials import pato", "materials import pato resin --name Resin --out made.toml", &["made.toml"]),
+    command("verify", "verify --group fit", &[]),
+    command("completions", "completions bash", &[]),
+    command("man", "man pages", &["pages/bondline*.1"]),
 ];
 
 const MCMC: &str = "estimate c --posterior --walkers 16 --mcmc-iterations 20";
