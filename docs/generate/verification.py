@@ -132,7 +132,9 @@ def coverage_plot(rows: list[dict]) -> str:
         color = "#1f6f8b" if row["pass"] else "#c0392b"
         name = row["case"]
         if sum(other["case"] == name for other in rows) > 1:
-            name = f"{name.split(', n = ')[0]}: {found[3].split(', ')[-1]}"
+            base = name.split(", n = ")[0]
+            sizes = {other["case"] for other in rows if other["case"].split(", n = ")[0] == base}
+            name = f"{base if len(sizes) == 1 else name}: {found[3].split(', ')[-1]}"
         parts.append(f'<text x="{left - 12}" y="{y + 4}" text-anchor="end">{short_name(name)}</text>')
         parts.append(f'<line x1="{ends[0]:.1f}" y1="{y}" x2="{ends[1]:.1f}" y2="{y}" stroke="{color}"/>')
         parts.append(f'<circle cx="{x(100.0 * share):.1f}" cy="{y}" r="3.5" fill="{color}"/>')
@@ -143,7 +145,13 @@ def coverage_plot(rows: list[dict]) -> str:
 
 def short_name(name: str) -> str:
     """A name that fits beside the plot."""
-    name = name.replace("noise that decorrelates over", "noise over")
+    for words, fewer in [
+        ("noise that decorrelates over", "noise over"),
+        (" under white noise", ", white noise"),
+        (" under correlated noise", ", correlated noise"),
+        ("history, knots: ", "history: "),
+    ]:
+        name = name.replace(words, fewer)
     return name if len(name) <= 50 else f"{name[:49]}…"
 
 
