@@ -331,7 +331,9 @@ small = [0.9, 1.1]
 fn at_the_start_a_thermocouple_of_uncertain_depth_reads_the_stated_profile_at_its_own_depth() {
     let text = r#"
 duration = "60 s"
-initial_temperature = [["0 mm", "300 K"], ["1.7 mm", "420 K"], ["3.4 mm", "430 K"], ["5 mm", "350 K"], ["12 mm", "600 K"]]
+initial_temperature = [
+    ["0 mm", "300 K"], ["1.7 mm", "420 K"], ["3.4 mm", "430 K"], ["5 mm", "350 K"], ["12 mm", "600 K"]
+]
 ply = [
     { name = "S", material = "constant", thickness = "5 mm" },
     { name = "T", material = "constant", thickness = "7 mm" },

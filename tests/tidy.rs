@@ -64,10 +64,23 @@ const IMPORTS: &[(&str, &[&str])] = &[
         ],
     ),
     ("adapt", &["case", "plan", "ensemble", "traces", "march"]),
-    // Of kept work, studies without a log.
+    // Of kept work, studies without a log; of questions, their defaults, which are what coverage is counted for.
     (
         "verify",
-        &["case", "random", "plan", "adapt", "ensemble", "traces", "march", "fit", "statistics", "kept_work", "study"],
+        &[
+            "case",
+            "random",
+            "plan",
+            "adapt",
+            "ensemble",
+            "traces",
+            "march",
+            "fit",
+            "statistics",
+            "kept_work",
+            "question",
+            "study",
+        ],
     ),
     // Words in, calls of a session, text out: what it takes from other modules are options and answers.
     (

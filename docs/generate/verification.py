@@ -42,9 +42,10 @@ GROUPS = {
     "coverage": (
         "Coverage of intervals",
         "How often the 95 % intervals of each kind contain the truth, counted over seeds under default settings; n is\n"
-        "the number of members or samples. A row of `history, knots` counts the share of the knots of each history whose\n"
-        "interval contains the heating. A row of `design` counts the estimates within 1.96 predicted standard errors of\n"
-        "the truth. Posteriors are sampled with 32 walkers of 250 iterations, sizings and trades with 200 members.\n"
+        "the number of members or samples. A row of `history, knots` counts the share of the knots of each history\n"
+        "whose interval contains the heating. A row of `design` counts the estimates within 1.96 predicted standard\n"
+        "errors of the truth. Posteriors are sampled with 32 walkers of 250 iterations, sizings and trades with 200\n"
+        "members.\n"
         "Coverage of estimates under noise of other kinds, and of other histories, is in [](theory/inference.md).",
     ),
     "cross-backend": (

@@ -297,8 +297,8 @@ fn exponential_correlation(gap: f64, correlation_time: f64) -> f64 {
     if correlation_time > 0.0 { (-gap / correlation_time).exp() } else { 0.0 }
 }
 
-/// The model grid, with this ratio of neighbouring correlation times, these white fractions, and the prior probabilities
-/// of white noise and of the purely exponential process.
+/// The model grid, with this ratio of neighbouring correlation times, these white fractions, and the prior
+/// probabilities of white noise and of the purely exponential process.
 fn model_grid(
     gaps: &[Vec<f64>],
     time_ratio: f64,

@@ -264,8 +264,8 @@ pub(super) fn locate_sensor(
     (place, Sensor { above, below, above_m, below_m, depth_m, start_k: start_reading_k(sensor, case) })
 }
 
-/// The initial temperature at the nominal depth of a sensor, K, where its bead starts. Zero where it starts at its first
-/// reading: beads without lag on held faces.
+/// The initial temperature at the nominal depth of a sensor, K, where its bead starts. Zero where it starts at its
+/// first reading: beads without lag on held faces.
 pub(super) fn start_reading_k(sensor: &case::Sensor, case: &Case) -> f64 {
     let exposure = &case.exposure;
     let faces = [(&exposure.hot_face, case.layup.origin_m), (&exposure.back_face, case.layup.back_m())];

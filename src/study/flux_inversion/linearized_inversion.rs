@@ -7,8 +7,8 @@ use nalgebra::{DMatrix, DVector};
 /// Half-width of an interval above which a knot is undetermined, relative to the largest value found.
 const UNDETERMINED_RATIO: f64 = 2.0;
 /// Bias that is added where the heating bends more than the models expect on average, as at steps: over that which the
-/// regularisation would give the estimate itself, which shows about half of the bend. Of fluxes with steps that the case
-/// does not state, 92 % of the knots were held without it.
+/// regularisation would give the estimate itself, which shows about half of the bend. Of fluxes with steps that the
+/// case does not state, 92 % of the knots were held without it.
 const LOCAL_BIAS_RATIO: f64 = 2.0;
 
 /// The regularised estimate to first order. With J the Jacobian of the readings and L the weighted roughness operator,

@@ -99,13 +99,16 @@ fn noise_name(correlation_s: f64) -> String {
     }
 }
 
+/// Cases with their plans.
+type Runs<'a> = [(&'a Case, &'a Plan)];
+
 /// What holds of the answers to each data set, which a study computes from its estimate; `None` where that fails. Each
 /// data set has a march of its own, as a posterior marches other plans than its estimate.
 fn held<T: Send>(
     (case, plan): (&Case, &Plan),
     (number, correlation_s): (usize, f64),
     search: &SearchOptions,
-    study: impl Fn(&[(&Case, &Plan)], &mut dyn March, &ParameterEstimates, &[f64]) -> Result<Option<T>, MarchError> + Sync,
+    study: impl Fn(&Runs<'_>, &mut dyn March, &ParameterEstimates, &[f64]) -> Result<Option<T>, MarchError> + Sync,
 ) -> Result<Vec<Option<T>>, MarchError> {
     let data = match data_sets(case, plan, &mut march(), &design(number, correlation_s), 0..number) {
         Err(EstimateError::March(error)) => return Err(error),
