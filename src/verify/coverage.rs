@@ -63,6 +63,6 @@ fn covered_row(
         difference: 95.0 - percent,
         tolerance: allowed,
         unit: "% below".to_owned(),
-        source_of_tolerance: format!("{reason}; wide: coverage above 95 % has no shortfall"),
+        source_of_tolerance: format!("{reason}; wide: there is no limit above 95 %"),
     }
 }

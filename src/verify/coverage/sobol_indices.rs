@@ -234,7 +234,7 @@ fn coverage(
 const FACTORS: usize = 3;
 /// Members of a sweep.
 const MEMBERS: [usize; 2] = [300, 1600];
-const SOBOL_ALLOWED: (f64, &str) = (2.0, "the standard error of a hundred sweeps, whose indices are missed together");
+const SOBOL_ALLOWED: (f64, &str) = (2.0, "the standard error of 100 sweeps, whose indices are missed together");
 
 /// Coverage for normal factors: the function with the least.
 pub(super) fn rows() -> Vec<VerificationRow> {
@@ -299,7 +299,7 @@ fn least_row(
 /// Members of the sample whose correlations are taken as exact: their standard error is a tenth of that of a sweep.
 const REFERENCE_MEMBERS: usize = 160_000;
 const CORRELATIONS_ALLOWED: (f64, &str) =
-    (4.4, "two standard errors of a hundred sweeps, whose intervals are missed together");
+    (4.4, "two standard errors of 100 sweeps, whose intervals are missed together");
 
 /// Coverage of correlations for normal factors: the function with the least.
 fn correlation_rows(members: usize, sweeps: &[Vec<SensitivityIndices>]) -> Vec<VerificationRow> {
