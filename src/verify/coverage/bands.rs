@@ -15,7 +15,7 @@ use crate::verify::VerificationRow;
 const SWEEPS: u64 = 10;
 const MEMBERS: usize = 3000;
 const OTHERS: usize = 1000;
-const ALLOWED: (f64, &str) = (1.0, "three standard errors of ten sweeps, whose shares scatter by 1 %");
+const ALLOWED: (f64, &str) = (1.0, "three standard errors of ten shares, which scatter by 1 %");
 /// Before a thermocouple responds, members differ by rounding alone, K.
 const NO_RESPONSE_K: f64 = 0.01;
 

@@ -180,7 +180,7 @@ fn profile_row(run: (&Case, &Plan), correlation_s: f64) -> Result<VerificationRo
 /// Data sets of which a posterior is sampled.
 const POSTERIORS: usize = 40;
 const POSTERIORS_ALLOWED: (f64, &str) = (7.3, "three standard errors of 80 intervals");
-const PREDICTIVE_ALLOWED: (f64, &str) = (8.1, "three standard errors of 40 data sets, whose shares scatter by 17 %");
+const PREDICTIVE_ALLOWED: (f64, &str) = (8.1, "three standard errors of 40 shares, which scatter by 17 %");
 /// The sampler at its default settings has more walkers, for smoother histograms.
 const WALKERS: usize = 32;
 const ITERATIONS: usize = 250;

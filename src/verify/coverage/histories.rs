@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 
 /// Histories of each kind.
 const HISTORIES: usize = 16;
-const KNOTS_ALLOWED: (f64, &str) = (6.0, "three standard errors of 16 histories, whose shares scatter by 8 %");
+const KNOTS_ALLOWED: (f64, &str) = (6.0, "three standard errors of 16 shares, which scatter by 8 %");
 const INTEGRALS_ALLOWED: (f64, &str) = (7.3, "three standard errors of 80 integrals");
 const DURATION_S: f64 = 50.0;
 /// The face is heated between these times, which the case states, and until it is retracted.
