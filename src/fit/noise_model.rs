@@ -44,8 +44,8 @@ const WHITE_PRIOR: f64 = 0.75;
 const EXPONENTIAL_PRIOR: f64 = 0.17;
 /// The same for noise whose signal has nearly as many variables as samples, such as a heating history, in which slow
 /// noise and signal are confounded: the likelihood of a few samples cannot make up for a prior for white noise. With
-/// that of a fit, bands of histories from correlated noise held 90 % of the knots and 83 % of the integrals that are
-/// stated as 95 %; with this one 93 and 96 %, and from white noise 97 and 99 %.
+/// that of a fit, bands of gas temperatures from correlated noise near the face held 90 % of the knots and 85 % of the
+/// integrals that are stated as 95 %. Coverage with this one stands in docs/theory/inference.md.
 const HISTORY_WHITE_PRIOR: f64 = 0.1;
 const HISTORY_EXPONENTIAL_PRIOR: f64 = 0.45;
 /// White fractions of the grid, each with the width of the interval of the uniform η that it represents.

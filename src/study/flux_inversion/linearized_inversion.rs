@@ -118,7 +118,7 @@ impl LinearizedQuery<'_> {
         let bias_gains = gains(q.rows(samples, q.nrows() - samples).transpose());
         let bends = &readings.roughness.differences * self.estimate * (self.weight * readings.unit_weight);
         let mut local_biases = &bias_gains * bends * LOCAL_BIAS_RATIO;
-        // Those of neighbouring knots cancel in the integral: with them its intervals held 200 integrals of 200.
+        // The integral is held without: of 200 fluxes and 200 gas temperatures 200 and 199.
         local_biases[places.len()] = 0.0;
 
         let columns = noise_gains.transpose();
