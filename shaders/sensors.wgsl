@@ -109,16 +109,12 @@ fn initial_temperature_k(sensor: u32) -> real {
     let row = plan.sensors[sensor];
     var start_k = row.start_k;
     if DEPTHS == 1u {
-        let location = plan.sensor_locations[sensor];
-        let above = ply_scales[location.ply_above].thickness;
-        let below = ply_scales[location.ply_below].thickness;
-        let shift_m = row.depth_m * (column(location.depth) - 1.0);
-        let stated_shift_m = max(shift_m, 0.0) / below - max(-shift_m, 0.0) / above;
+        let shift_m = row.depth_m * (column(plan.sensor_locations[sensor].depth) - 1.0);
         for (var i = 0u; i < INITIAL_BENDS; i++) {
             let bend = plan.initial_bends[i];
-            let beyond_m = row.depth_m - bend.depth_m;
-            let passed_m = max(beyond_m + stated_shift_m, 0.0) - max(beyond_m, 0.0);
-            start_k = start_k + bend.slope_change_k_m * passed_m;
+            let below_bend_m = row.depth_m - bend.depth_m;
+            let added_m = max(below_bend_m + shift_m, 0.0) - max(below_bend_m, 0.0);
+            start_k = start_k + bend.slope_change_k_m * added_m;
         }
     }
     return start_k;

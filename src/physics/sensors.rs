@@ -143,16 +143,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let row = self.rows.sensors[sensor];
         let mut start_k = R::splat(row.start_k);
         if self.plan.has_depth_factors {
-            // The profile is stated over the layup as stated: a thicker ply stretches it.
-            let (location, zero) = (self.plan.sensor_locations[sensor], R::from_f64(0.0));
-            let [above, below] =
-                [location.ply_above, location.ply_below].map(|ply| self.scales.plies[ply as usize].thickness);
+            // In the layup as stated, in which all lengths are: a thicker ply stretches the profile too.
             let shift_m = self.scales.shifts_m[sensor];
-            let stated_shift_m = shift_m.max(zero) / below - (-shift_m).max(zero) / above;
             for bend in &self.rows.initial_bends {
-                let beyond_m = R::splat(row.depth_m) - R::splat(bend.depth_m);
-                let passed_m = (beyond_m + stated_shift_m).max(zero) - beyond_m.max(zero);
-                start_k = start_k + R::splat(bend.slope_change_k_m) * passed_m;
+                let below_bend_m = R::splat(row.depth_m) - R::splat(bend.depth_m);
+                let added_m = (below_bend_m + shift_m).max(R::from_f64(0.0)) - below_bend_m.max(R::from_f64(0.0));
+                start_k = start_k + R::splat(bend.slope_change_k_m) * added_m;
             }
         }
         start_k
