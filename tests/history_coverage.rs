@@ -182,22 +182,29 @@ fn truth(case: &Case, quantity: HeatingQuantity, history: &History) -> Schedule 
     schedule(&times_s, &values)
 }
 
-/// Shares of the knots held, and whether the integral is, of one history each.
+/// Shares of the knots held, by the intervals and by a third of their widths, and whether the integral is, of one
+/// history each.
 #[derive(Default)]
 struct Counted {
     shares: Vec<f64>,
+    shares_of_third: Vec<f64>,
     integrals: Vec<f64>,
 }
 
 impl Counted {
     fn add(&mut self, found: &FluxInversion, truth: &Schedule) {
         let knots: Vec<usize> = (0..found.times_s.len()).filter(|&knot| !found.undetermined[knot]).collect();
-        let is_held = |knot: &&usize| {
-            let (value, half, time_s) = (found.values[**knot], found.half_widths[**knot], found.times_s[**knot]);
-            let low = (value - half).max(found.least_value);
-            (low - 1e-9..=value + half).contains(&truth.before(time_s))
+        let share_held = |width: f64| {
+            let is_held = |knot: &&usize| {
+                let (value, half, time_s) =
+                    (found.values[**knot], width * found.half_widths[**knot], found.times_s[**knot]);
+                let low = (value - half).max(found.least_value);
+                (low - 1e-9..=value + half).contains(&truth.before(time_s))
+            };
+            knots.iter().filter(is_held).count() as f64 / knots.len() as f64
         };
-        self.shares.push(knots.iter().filter(is_held).count() as f64 / knots.len() as f64);
+        self.shares.push(share_held(1.0));
+        self.shares_of_third.push(share_held(1.0 / 3.0));
         let middles = (0..16_000).map(|step| 0.005 * (f64::from(step) + 0.5));
         let integral: f64 = middles.map(|time_s| 0.005 * truth.after(time_s)).sum();
         self.integrals.push(f64::from(u8::from((found.integral - integral).abs() <= found.integral_half_width)));
@@ -257,8 +264,9 @@ fn counted(
         );
     }
     println!(
-        "{quantity:?}: {histories} histories, knots {:.3}, tenth percentile {:.3}, integral {:.3}",
+        "{quantity:?}: {histories} histories, knots {:.3}, by a third {:.3}, tenth percentile {:.3}, integral {:.3}",
         Counted::mean(&all.shares),
+        Counted::mean(&all.shares_of_third),
         all.tenth(),
         Counted::mean(&all.integrals)
     );
@@ -274,6 +282,9 @@ fn is_covered(quantity: HeatingQuantity, kinds: usize, draw: fn(usize, &mut Unif
     let error = 0.06 / (histories as f64).sqrt();
     let share = Counted::mean(&found.shares);
     assert!((0.95 - 3.0 * error..0.98 + 3.0 * error).contains(&share), "{quantity:?}: {share} of the knots");
+    // Negative control: bands that are much too wide would hold the truth by a third of their widths too.
+    let of_third = Counted::mean(&found.shares_of_third);
+    assert!(of_third < 0.85, "{quantity:?}: {of_third} of the knots by a third of the widths");
     let integrals = Counted::mean(&found.integrals);
     let error = (0.95 * 0.05 / histories as f64).sqrt();
     assert!(integrals >= 0.95 - 3.0 * error, "{quantity:?}: {integrals} of the integrals");

@@ -185,8 +185,18 @@ mod tests {
     }
 
     impl Bench {
-        /// The weight of the differences, and the errors with it.
-        fn errors(&self, response: DVector<f64>, weight: Option<f64>) -> (f64, LinearizedInversion) {
+        /// A heating that neither bends nor is near zero.
+        fn constant(&self) -> DVector<f64> {
+            DVector::from_element(self.jacobian.ncols(), 1e3)
+        }
+
+        /// The weight of the differences, and the errors with it at an estimate.
+        fn errors(
+            &self,
+            response: DVector<f64>,
+            weight: Option<f64>,
+            estimate: &DVector<f64>,
+        ) -> (f64, LinearizedInversion) {
             let unit_weight = self.jacobian.norm() / self.roughness.differences.norm();
             let readings = LinearizedReadings {
                 jacobian: self.jacobian.clone(),
@@ -205,7 +215,7 @@ mod tests {
                 weight,
                 known_errors: &known_errors,
                 spans: &self.spans,
-                estimate: &DVector::from_element(self.jacobian.ncols(), 1e3),
+                estimate,
             };
             (weight * unit_weight, LinearizedInversion::of(&query))
         }
@@ -225,7 +235,7 @@ mod tests {
             let truth = &inverse * bends * 3.0;
             let noise = DVector::from_fn(60, |_, _| random.normal());
             let response = &bench.jacobian * &truth + noise;
-            let (weight, known) = bench.errors(response.clone(), weight);
+            let (weight, known) = bench.errors(response.clone(), weight, &bench.constant());
             let rough = &differences * weight;
             let normal = bench.jacobian.tr_mul(&bench.jacobian) + rough.tr_mul(&rough);
             let estimate = normal.cholesky().expect("definite").solve(&bench.jacobian.tr_mul(&response));
@@ -248,13 +258,28 @@ mod tests {
     }
 
     #[test]
+    fn intervals_are_wider_beside_a_step_of_the_estimate_and_that_of_the_integral_is_not() {
+        let bench = bench();
+        let mut random = RandomStream::new(12, 0);
+        let noise = DVector::from_fn(60, |_, _| random.normal());
+        let step = DVector::from_fn(bench.jacobian.ncols(), |knot, _| if knot < 10 { 1e3 } else { 1.03e3 });
+        let response = &bench.jacobian * &step + noise;
+        let [constant, stepped] =
+            [bench.constant(), step].map(|estimate| bench.errors(response.clone(), Some(0.2), &estimate).1);
+        let wider = |knot: usize| stepped.half_widths[knot] / constant.half_widths[knot];
+        assert!(wider(9) > 1.2 && wider(10) > 1.2, "{} and {}", wider(9), wider(10));
+        assert!(wider(3) < 1.05 && wider(16) < 1.05, "{} and {}", wider(3), wider(16));
+        assert_eq!(stepped.integral_half_width, constant.integral_half_width);
+    }
+
+    #[test]
     fn a_variable_without_effect_is_undetermined_and_widens_no_other() {
         let mut bench = bench();
         let response = &bench.jacobian * DVector::from_element(bench.jacobian.ncols(), 5.0);
         let noise = DVector::from_fn(60, |row, _| if row % 2 == 0 { 1.0 } else { -1.0 });
-        let (_, all) = bench.errors(&response + &noise, Some(0.0));
+        let (_, all) = bench.errors(&response + &noise, Some(0.0), &bench.constant());
         bench.jacobian.column_mut(10).fill(0.0);
-        let (_, known) = bench.errors(response + noise, Some(0.0));
+        let (_, known) = bench.errors(response + noise, Some(0.0), &bench.constant());
         assert!(known.undetermined[10] && known.half_widths[10] == f64::INFINITY);
         assert!(
             known.undetermined.iter().enumerate().all(|(knot, open)| *open == (knot == 10 || all.undetermined[knot]))
